@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
 import pytest
 import shapely
+from pydantic import TypeAdapter
 
 from cityflow.core.camera import FISHEYE, Camera, OrientedImage
 from cityflow.core.edits import DrawnOutline, Edits
@@ -83,6 +84,22 @@ def test_every_value_comes_back_to_the_last_bit() -> None:
         assert_same(getattr(given, name), getattr(again, name))
     assert again.edits.lines() == given.edits.lines()
     assert_same(given.frame.frame_from_world, again.frame.frame_from_world)
+
+
+def test_trees_are_those_of_pydantic() -> None:
+    given = replace(everything(), bounds=(np.float64(1 / 3), -1e300, 5e-324, 447e3), dtm="work/dtm.tif")
+    tree = as_json(given)
+    assert tree == TypeAdapter(Everything).dump_python(given, mode="json")
+    assert all(type(value) is float for value in tree["bounds"])
+    assert tree["chosen"] == [[3, -4]]
+
+
+def test_a_class_within_a_function_is_written_too() -> None:
+    @dataclass(frozen=True, slots=True)
+    class Within(TaskInputs):
+        part: Part
+
+    assert as_json(Within(Part("work/x", 2.0))) == {"part": {"path": "work/x", "weight": 2.0}}
 
 
 SPOILT: Mapping[str, tuple[dict[str, Any], str]] = {

@@ -77,10 +77,12 @@ class Edits:
 
     def within(self, bounds: Bounds) -> Edits:
         """Those that act somewhere in a box."""
-        return self.near(shapely.box(*bounds))
+        return self.near(shapely.box(*bounds)) if len(self) else NO_EDITS
 
     def near(self, place: BaseGeometry) -> Edits:
         """Those that act somewhere on a geometry; without the notes."""
+        if not len(self):
+            return NO_EDITS
         return replace(
             self,
             outlines=tuple(o for o in self.outlines if shapely.dwithin(o.polygon, place, REACH_M)),
@@ -120,6 +122,8 @@ class Edits:
             yield _ROOF, roof.roof_type, roof.place
 
 
+NO_EDITS = Edits()
+
 _ROOF = "roof type"
 _KINDS = ("locked", "outline", "cut", "no cut", "rejected")
 
@@ -130,8 +134,7 @@ def edits_digest(edits: Edits, place: BaseGeometry | Bounds) -> str:
     A task that carries it runs again only where an edit was added, changed or taken away under it, whatever else the file
     holds. The order in the file counts: of two drawn outlines that overlap, the first wins.
     """
-    where = place if isinstance(place, BaseGeometry) else shapely.box(*place)
-    lines = edits.near(where).lines()
+    lines = (edits.near(place) if isinstance(place, BaseGeometry) else edits.within(place)).lines()
     return hashlib.sha256("\n".join(lines).encode()).hexdigest() if lines else ""
 
 

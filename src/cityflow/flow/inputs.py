@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from cityflow.flow.damage import Written
@@ -16,8 +15,8 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Record, Task
 
 WORK, PRODUCTS = "work/", "products/"
-KEPT = 500
-"""Units whose outputs stay at hand: tasks of one tile read the same few."""
+KEPT = 10_000
+"""Units whose outputs stay at hand, some megabytes: tasks of one tile read the same few, most of which have just ended."""
 
 
 class Inputs:
@@ -26,14 +25,15 @@ class Inputs:
     def __init__(self, store: Store, ledger: Ledger) -> None:
         self._ledger = ledger
         self._shared = SharedTexts(store)
-        self._outputs: OrderedDict[Node, Mapping[str, Written]] = OrderedDict()
+        self._outputs: dict[Node, Mapping[str, Written]] = {}
+        self._known: dict[str, Written] = {}  # those in ``work/`` by path
         self._products: dict[str, tuple[Node, Written]] = {}
 
     def learn(self, record: Record) -> None:
         """A record that stands: new, or of an earlier run."""
-        node = record.stage, record.unit
-        self._outputs.pop(node, None)
-        self._products.update((p, (node, w)) for p, w in written_by(record).items() if p.startswith(PRODUCTS))
+        node, written = (record.stage, record.unit), written_by(record)
+        self._keep(node, written)
+        self._products.update((p, (node, w)) for p, w in written.items() if p.startswith(PRODUCTS))
 
     def ready(self, task: Task) -> Task:
         """The task as it is sent: with what is known of its files; what it shares with others is written."""
@@ -57,6 +57,9 @@ class Inputs:
         return self._products[path][0] if path in self._products else node_of(path)
 
     def _find(self, path: str) -> Written | None:
+        known = self._known.get(path)
+        if known is not None:
+            return known
         if path in self._products:
             return self._products[path][1]
         node = self.maker(path)
@@ -65,11 +68,20 @@ class Inputs:
     def _left_by(self, node: Node) -> Mapping[str, Written]:
         if node not in self._outputs:
             record = self._ledger.latest(*node)
-            self._outputs[node] = {} if record is None else written_by(record)
-            if len(self._outputs) > KEPT:
-                self._outputs.popitem(last=False)
-        self._outputs.move_to_end(node)
+            self._keep(node, {} if record is None else written_by(record))
         return self._outputs[node]
+
+    def _keep(self, node: Node, written: Mapping[str, Written]) -> None:
+        """In the place of what was known of the node; who came first goes first."""
+        self._forget(node)
+        self._outputs[node] = written
+        self._known.update((p, w) for p, w in written.items() if p.startswith(WORK))
+        if len(self._outputs) > KEPT:
+            self._forget(next(iter(self._outputs)))
+
+    def _forget(self, node: Node) -> None:
+        for path in self._outputs.pop(node, ()):
+            self._known.pop(path, None)
 
 
 class LeftBehind:
@@ -95,15 +107,17 @@ def written_by(record: Record) -> dict[str, Written]:
     return {path: (record.sizes[path], digest) for path, digest in digests_of(record).items() if path in record.sizes}
 
 
-def paths_in(value: Json) -> Iterator[str]:
+def paths_in(value: Json) -> list[str]:
     """Every text in a JSON value that may be the path of a file of the RUN."""
-    if isinstance(value, str):
-        if value.startswith((WORK, PRODUCTS)):
-            yield value
-    elif isinstance(value, Mapping):
-        for key, inner in value.items():
-            yield from paths_in(key)
-            yield from paths_in(inner)
-    elif isinstance(value, list | tuple):
-        for inner in value:
-            yield from paths_in(inner)
+    found, left = list[str](), [value]
+    while left:
+        inner = left.pop()
+        if isinstance(inner, str):
+            if inner.startswith((WORK, PRODUCTS)):
+                found.append(inner)
+        elif isinstance(inner, Mapping):
+            left.extend(inner.keys())
+            left.extend(inner.values())
+        elif isinstance(inner, list | tuple):
+            left.extend(inner)
+    return found

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from functools import wraps
 from typing import TypeVar
 
-MOST = 64
-"""A few stages at a time, and units with overrides of their own; set by hand."""
+MOST = 1024
+"""A few stages at a time, units with overrides of their own, and images of a few tiles; some megabytes, set by hand."""
 
 A = TypeVar("A")
 R = TypeVar("R")

@@ -64,7 +64,9 @@ class Loose:
         self._sound(self._database.commit)
 
     def add(self, record: Record) -> None:
-        self._sound(lambda: self._insert([(record, encode(record), self._stamp(record))]))
+        text = encode(record)
+        stamp = self._store.stamp(record_path(record.stage, record.unit, record.attempt), text)
+        self._sound(lambda: self._insert([(record, text, stamp)]))
 
     def add_mark(self, stage: str, unit: str, attempt: int) -> None:
         name = mark_path(stage, unit, attempt).rsplit("/", 1)[1]
@@ -211,9 +213,6 @@ class Loose:
                 raise DamagedIndexError(f"{stage}/{row[1]}/{row[2]}")
             known[row[1], row[2]] = row[4]
         return known
-
-    def _stamp(self, record: Record) -> str:
-        return self._store.stamp(record_path(record.stage, record.unit, record.attempt), encode(record))
 
     def _forget(self, stage: str, gone: Iterable[tuple[str, str]]) -> None:
         query = "DELETE FROM files WHERE stage = ? AND folder = ? AND name = ?"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
-from cityflow.flow.stage import Node
+from cityflow.flow.stage import Node, Nodes
 
 
 class NodeSet:
@@ -30,6 +30,23 @@ class NodeSet:
     def __contains__(self, node: Node) -> bool:
         stage, unit = node
         return unit in self._units.get(stage, ())
+
+    def lacking(self, nodes: Iterable[Node]) -> list[Node]:
+        """Those of some nodes that are not in the set, each once, in their order.
+
+        >>> known = NodeSet()
+        >>> known.add(("surface", "1_2"))
+        >>> known.lacking(Nodes(("surface", ["1_2", "1_3", "1_3"]))), known.lacking([("ingest", "1_2")])
+        ([('surface', '1_3')], [('ingest', '1_2')])
+        """
+        if isinstance(nodes, Nodes):
+            found = []
+            for stage, units in nodes.by_stage:
+                known = self._units.get(stage, ())
+                found += [(stage, unit) for unit in units if unit not in known]
+        else:
+            found = [node for node in nodes if node not in self]
+        return found if len(found) < 2 else list(dict.fromkeys(found))
 
     def __len__(self) -> int:
         return sum(map(len, self._units.values()))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -11,6 +11,23 @@ from cityflow.flow.task import Limits, Task
 
 Node = tuple[str, str]
 """Stage and unit."""
+
+
+class Nodes:
+    """Nodes by stage, looked up without a pair for each: a task may wait for hundreds.
+
+    >>> list(Nodes(("surface", ["1_2", "1_3"]), ("ingest", ["a"])))
+    [('surface', '1_2'), ('surface', '1_3'), ('ingest', 'a')]
+    """
+
+    __slots__ = ("by_stage",)
+
+    def __init__(self, *by_stage: tuple[str, Sequence[str]]) -> None:
+        self.by_stage = by_stage
+
+    def __iter__(self) -> Iterator[Node]:
+        return ((stage, unit) for stage, units in self.by_stage for unit in units)
+
 
 START: Node = ("", "")
 """What has happened when a run begins."""

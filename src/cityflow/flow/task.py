@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -16,6 +16,8 @@ Json = Any
 """Anything that `json.dumps` takes."""
 
 T = TypeVar("T")
+
+_ENCODER = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,8 +145,22 @@ def digest_of(value: Json) -> str:
     return hashlib.sha256(_canonical(value).encode()).hexdigest()
 
 
+def member_of(name: str, value: Json) -> str:
+    """A name and a value as canonical JSON has them: written once where they are in many mappings."""
+    return _canonical({name: value})[1:-1]
+
+
+def digest_of_members(members: Iterable[str]) -> str:
+    """`digest_of` a mapping, from what `member_of` wrote, in the order of the names.
+
+    >>> digest_of_members([member_of("a", 2), member_of("b", 1)]) == digest_of({"b": 1, "a": 2})
+    True
+    """
+    return hashlib.sha256(f"{{{','.join(members)}}}".encode()).hexdigest()
+
+
 def _canonical(value: Json) -> str:
-    return json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return _ENCODER.encode(value)
 
 
 @kept

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
+from cityflow.flow.json_writers import writer_of
 from cityflow.flow.kept import kept
 
 T = TypeVar("T")
@@ -32,9 +33,12 @@ def as_json(value: object, without: Collection[str] = ()) -> dict[str, Any]:
     ----------
     without : fields to leave out; ``a.b`` is the field b of the field a
     """
-    if isinstance(value, BaseModel) and not without:
-        return _of_model(value)
-    tree: dict[str, Any] = _adapter(type(value)).dump_python(value, mode="json", exclude=_tree_of(without))
+    kind: Any = type(value)
+    tree: dict[str, Any]
+    if without:
+        tree = _adapter(kind).dump_python(value, mode="json", exclude=_tree_of(without))
+    else:
+        tree = _of_model(value) if isinstance(value, BaseModel) else writer_of(kind)(value)
     return tree
 
 

@@ -6,11 +6,12 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from cityflow.core.colour_image import ColourImage
 from cityflow.flow.shared import KEPT, SharedText, read_shared
 from cityflow.flow.store import Store
+from cityflow.flow.task import digest_of, member_of
 from cityflow.flow.typed import TaskInputs, as_json, from_json
 from cityflow.handover.cached_reads import open_pixels
 from cityflow.handover.field_types import OrientedField
@@ -30,6 +31,20 @@ class ShownImage(TaskInputs):
     def text(self) -> str:
         """All of it as JSON text, the same for the same values."""
         return json.dumps(as_json(self), separators=(",", ":"))
+
+
+class ImageText(NamedTuple):
+    """`ShownImage.text`, its digest, and that digest under the name of the image (`flow.task.member_of`)."""
+
+    text: str
+    digest: str
+    member: str
+
+    @classmethod
+    def of(cls, name: str, shown: ShownImage) -> ImageText:
+        text = shown.text
+        digest = digest_of(text)
+        return cls(text, digest, member_of(name, digest))
 
 
 @dataclass(frozen=True, slots=True)

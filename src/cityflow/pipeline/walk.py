@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 from cityflow.flow.draft import Draft
 from cityflow.flow.gates import Gates
 from cityflow.flow.node_set import NodeSet
-from cityflow.flow.stage import START, Node, Stage, nobody
+from cityflow.flow.stage import START, Node, Nodes, Stage, nobody
 from cityflow.flow.task import Task
 
 C = TypeVar("C")
@@ -33,7 +33,7 @@ class Walk(Generic[C]):
         self.stages = {stage.name: stage for stage in stages}
         self._starting = [stage for stage in stages if stage.starts is not nobody]
         self._context = context
-        ended = NodeSet()
+        self._ended = ended = NodeSet()
         self._gates: Gates[tuple[Node, int], Node] = Gates(ended)
         self._wanted = NodeSet()
         self.ahead = False
@@ -81,13 +81,16 @@ class Walk(Generic[C]):
         name, unit = node
         stage = self.stages[name]
         for number in range(step, len(stage.needs)):
-            needs = list(stage.needs[number](self._context, unit))
-            yield from self.want(needs)
+            needs = stage.needs[number](self._context, unit)
+            if not isinstance(needs, Nodes):
+                needs = tuple(needs)
+            if lacking := self._wanted.lacking(needs):
+                yield from self.want(lacking)
             if self.ahead and ahead and number == 0 and stage.draft is not None:
                 if self._drafts.wait(node, needs):
                     yield from self._drafted(node)
                 return
-            if not self._gates.wait((node, number), needs):
+            if not self._gates.wait((node, number), self._ended.lacking(needs)):
                 return
         yield from self._made(node)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,7 @@ from cityflow.core.edits import edits_digest
 from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.splitting import FrameRasters, SplitEvidence, Splitting
-from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Nodes, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
@@ -28,6 +28,7 @@ from cityflow.splitting.edited_cuts import is_locked, with_edits
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.surface.sample import sample
 from cityflow.survey.city import City
+from cityflow.survey.kept_by_survey import kept_by_survey
 from cityflow.survey.surface_source import FRAMES, IMAGES, LIDAR, ZARR
 from cityflow.survey.survey import Survey
 from cityflow.survey.unit_entry import UnitEntry
@@ -77,40 +78,52 @@ class SplitInputs(TaskInputs):
 def task(survey: Survey, outline: UnitEntry) -> Task:
     """One outline."""
     parameters = survey.parameters_of(NAME, outline.id, survey.parameters.split).method
-    under = survey.lattice.tiles_under(outline)
-    frames = frame_units(survey, outline)
-    place = shapely.box(*outline.bounds)
-    edits = edits_digest(survey.edits, place)
-    read = [("surface", t) for t in under]
-    if survey.source.kind == IMAGES:
-        read += [("ortho", t) for t in under] + [("frame", u) for u in frames]
+    shown, digest_of_result = _shown(survey, survey.lattice.tiles_under(outline)), survey.results.digest_of
+    edits = edits_digest(survey.edits, outline.bounds)
     pieces = survey.index.over(grown(outline.bounds, AROUND_M)) if survey.source.kind == LIDAR else {}
     return Task(
         NAME, outline.id, "cityflow.stages.split:run", VERSION,
         parameters=as_json(parameters),
         inputs={
-            "outline": outline.digest, **{f"{stage} {unit}": survey.results.digest_of(stage, unit) for stage, unit in read}, **pieces,
+            "outline": outline.digest, **{name: digest_of_result(*node) for name, node in shown.named}, **pieces,
             **({"edits": edits} if edits else {}), **({} if survey.looks_for_borders else {"borders": "drawn ones only"}),
-            "frames": digest_of(sorted({survey.images.tilted.tiles[u].frame.name for u in frames})),
+            "frames": shown.digest,
         },
         arguments=as_json(SplitInputs(
-            outline.at, survey.surfaces, tuple(pieces), survey.source.kind == IMAGES, _frames(survey, frames), survey.edits.near(place),
+            outline.at, survey.surfaces, tuple(pieces), survey.source.kind == IMAGES, shown.frames, survey.edits.within(outline.bounds),
             survey.looks_for_borders,
         )),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
 
-def frame_units(survey: Survey, outline: UnitEntry) -> list[str]:
-    """Local frame tiles that show something of the tiles under the outline."""
-    return survey.images.tilted.units_over(survey.lattice.tiles_under(outline)) if survey.source.kind == IMAGES else []
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """What shows the outlines over the same tiles.
+
+    Attributes
+    ----------
+    nodes : surfaces, orthos and tiles of local frames;  named : the same, each with its name in the inputs
+    frames : each local frame once, by name;  digest : of their names
+    """
+
+    nodes: Nodes
+    named: tuple[tuple[str, Node], ...]
+    frames: tuple[FrameRaster, ...]
+    digest: str
 
 
-def _frames(survey: Survey, units: Sequence[str]) -> tuple[FrameRaster, ...]:
-    """Each local frame once, in the order of the survey."""
-    images = survey.images
-    found = {images.tilted.tiles[u].frame.name: images.tilted.tiles[u].frame for u in units}
-    return tuple(FrameRaster(found[name], images.tilted.grid(found[name])) for name in sorted(found))
+@kept_by_survey
+def _shown(survey: Survey, under: tuple[str, ...]) -> _Shown:
+    nodes, frames = Nodes(("surface", under)), dict[str, FrameRaster]()
+    if survey.source.kind == IMAGES:
+        tilted = survey.images.tilted
+        units = tilted.units_over(under)
+        nodes = Nodes(("surface", under), ("ortho", under), ("frame", units))
+        found = {frame.name: frame for frame in (tilted.tiles[u].frame for u in units)}
+        frames = {name: FrameRaster(found[name], tilted.grid(found[name])) for name in sorted(found)}
+    named = tuple((f"{stage} {unit}", (stage, unit)) for stage, unit in nodes)
+    return _Shown(nodes, named, tuple(frames.values()), digest_of(list(frames)))
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
@@ -177,10 +190,7 @@ def _oblique(
 
 def _rasters(city: City, name: str) -> Iterable[Node]:
     """Surfaces, orthos and local frames that show the outline."""
-    survey, outline = city.survey, city.outlines[name]
-    under = survey.lattice.tiles_under(outline)
-    pictures = [("ortho", t) for t in under] if survey.source.kind == IMAGES else []
-    return [*(("surface", t) for t in under), *pictures, *(("frame", u) for u in frame_units(survey, outline))]
+    return _shown(city.survey, city.survey.lattice.tiles_under(city.outlines[name])).nodes
 
 
 def _count(city: City) -> int | None:

@@ -14,8 +14,7 @@ from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.texture import FaceKey
 from cityflow.errors import CatalogError
-from cityflow.flow.shared import SharedText
-from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Nodes, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
@@ -32,7 +31,7 @@ from cityflow.io.rasters.remote_raster import raster_file
 from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.reconstruction.party.party_walls import cut_party_walls
 from cityflow.survey.city import City
-from cityflow.survey.colours import colour_inputs, digest_of_views
+from cityflow.survey.colours import colours_of
 from cityflow.survey.surface_source import ZARR
 from cityflow.survey.survey import Survey
 from cityflow.survey.texture_inputs import (
@@ -40,7 +39,7 @@ from cityflow.survey.texture_inputs import (
     surfaces_around,
     texture_parameters,
 )
-from cityflow.survey.texture_needs import texture_needs
+from cityflow.survey.texture_needs import TextureNeeds, texture_needs
 from cityflow.survey.unit_entry import UnitEntry
 from cityflow.texture.doubtful import wall_sigma
 from cityflow.texture.ortho_image import ortho_camera
@@ -89,33 +88,29 @@ class TextureInputs(TaskInputs):
     white: float
 
 
-def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry], known: Sequence[str], views: SharedText) -> Task:
-    """One unit, between the units `around` it, that the images `known` show; their poses stand in `views`.
-
-    Where a neighbour has failed, its block stands there, as in the export.
-    """
-    colours = colour_inputs(survey, known, views)
-    blocks = {u.id: u for u in around if u.id in unit.neighbours and _is_block(survey, u.id)}
+def task(survey: Survey, unit: UnitEntry, neighbours: Sequence[UnitEntry], needs: TextureNeeds) -> Task:
+    """One unit. Where a neighbour has failed, its block stands there, as in the export."""
+    colours, views = colours_of(survey, needs.images), needs.views
+    blocks = {u.id: u for u in neighbours if _is_block(survey, u.id)}
     tiles = sorted(
         {*surfaces_around(survey, unit), *(t for u in blocks.values() for t in survey.lattice.tiles_under(u))}
     )
-    hulls = {u: survey.results.hull(u) for u in sorted({unit.id, *(u.id for u in around)})}
+    hulls, digests = survey.results.hulls(needs.models)
     given = as_json(TextureInputs(
-        unit.at, survey.outline_sigma_m, {u: h.path for u, h in hulls.items() if h.path is not None},
+        unit.at, survey.outline_sigma_m, hulls,
         {u: FailedUnit(e.at, survey.results.hull(u).reason) for u, e in sorted(blocks.items())},
-        unit.neighbours, survey.surfaces, colours, tuple(n for n in known if n not in colours.pixels), survey.ortho_inputs,
+        unit.neighbours, survey.surfaces, ColourInputs(views.path, colours.pixels), colours.unread, survey.ortho_inputs,
         survey.catalog.reference.code, survey.images.white,
     ))  # fmt: skip
     return Task(
         NAME, unit.id, "cityflow.stages.texture:run", VERSION,
         parameters=as_json(texture_parameters(survey, unit)),
         inputs={
-            **{f"hull {u}": survey.results.digest_of_hull(u) for u in hulls},
+            **digests,
             **{f"surface {t}": survey.results.digest_of("surface", t) for t in tiles},
             "outline": digest_of([unit.digest, survey.outline_sigma_m]),
             "neighbours": digest_of([sorted(unit.neighbours), {u: e.digest for u, e in sorted(blocks.items())}]),
-            "images": digest_of({n: survey.results.digest_of("ingest", n) if n in colours.pixels else "unread" for n in known}),
-            "views": digest_of(digest_of_views(survey, colours.names)),
+            "images": colours.digest, "views": colours.views_digest,
             **{kind: r.checksum for kind, r in survey.given_orthos().items()}, "grid": survey.lattice.place,
             # a survey of 8 bits is white at 255, whatever else is in the catalog
             **({"white": f"{survey.images.white:g}"} if survey.images.dtype != "uint8" else {}),
@@ -235,11 +230,9 @@ def _models_surfaces_images(city: City, name: str) -> Iterable[Node]:
     """The models and surfaces that may stand between a unit and the cameras, and the images."""
     unit = city.units[name]
     needs = texture_needs(city, unit)
-    return [
-        *(("reconstruct", u) for u in (name, *needs.around)),
-        *(("surface", t) for t in surfaces_around(city.survey, unit)),
-        *(("ingest", n) for n in needs.images),
-    ]
+    return Nodes(
+        ("reconstruct", needs.models), ("surface", surfaces_around(city.survey, unit)), ("ingest", needs.images)
+    )
 
 
 def _task(city: City, name: str) -> Task | None:
@@ -247,8 +240,9 @@ def _task(city: City, name: str) -> Task | None:
     if not city.survey.results.hull(name).path:
         return None
     unit = city.units[name]
-    needs = texture_needs(city, unit)
-    return task(city.survey, unit, [city.units[u] for u in needs.around], needs.images, needs.views)
+    return task(
+        city.survey, unit, [city.units[u] for u in unit.neighbours if u in city.units], texture_needs(city, unit)
+    )
 
 
 STAGE = Stage(

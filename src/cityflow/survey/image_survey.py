@@ -16,7 +16,7 @@ from cityflow.core.grid import Bounds, Grid, Tile, tiles_over
 from cityflow.core.local_frame import LocalFrame
 from cityflow.flow.task import digest_of
 from cityflow.flow.typed import as_json
-from cityflow.handover.colour_images import ShownImage
+from cityflow.handover.colour_images import ImageText, ShownImage
 from cityflow.handover.oriented import to_json
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset
 from cityflow.orientation.flight_plan import FlightPlan, FlightTile
@@ -58,7 +58,7 @@ class ImageSurvey:
         self.views = {name: View(parameters.raw.developed(a.oriented), a.heights) for name, a in self.assets.items()}
         level = parameters.images.level
         self.flown = {n: _reduced(v, level) for n, v in self.views.items() if not looks_level(v.image, v.heights[1])}
-        self._texts: dict[str, tuple[str, str]] = {}
+        self._texts: dict[str, ImageText] = {}
         self._over: dict[str, tuple[FlightTile, ...]] = {}
         self._ortho: dict[str, list[str]] = {}
 
@@ -182,12 +182,12 @@ class ImageSurvey:
             self._over[tile.name] = self.plan.flight_tiles(tile.name, tile.bounds)
         return self._over[tile.name]
 
-    def shown(self, name: str) -> tuple[str, str]:
-        """Pose and balance of an image as JSON text, and its digest, made once: a task of a unit has dozens of them."""
+    def shown(self, name: str) -> ImageText:
+        """Pose and balance of an image, made once: a task of a unit has dozens of them."""
         if name not in self._texts:
             a = self.assets[name]
-            text = ShownImage(self.views[name].image, a.gain, a.gamma, a.falloff, a.shoulder).text
-            self._texts[name] = text, digest_of(text)
+            shown = ShownImage(self.views[name].image, a.gain, a.gamma, a.falloff, a.shoulder)
+            self._texts[name] = ImageText.of(name, shown)
         return self._texts[name]
 
     def ortho_images(self, tile: Tile) -> list[str]:

@@ -161,6 +161,17 @@ class Results:
             return "missing"
         return left.sums[0] if left.sums else f"{left.status}: {left.reason}"
 
+    def hulls(self, units: Iterable[str]) -> tuple[dict[str, str], dict[str, str]]:
+        """Unit → where its hull is written, of those that have one; and ``hull UNIT`` → `digest_of_hull`, of all."""
+        paths, digests = dict[str, str](), dict[str, str]()
+        for unit in units:
+            left = self.of(RECONSTRUCT, unit)
+            if left is not None and left.paths:
+                paths[unit], digests[f"hull {unit}"] = left.paths[0], left.sums[0]
+            else:
+                digests[f"hull {unit}"] = self.digest_of_hull(unit)
+        return paths, digests
+
     def outlines_of(self, stage: str, tile: str) -> dict[str, str]:
         """Path → digest of the file that holds the outlines or the units of a tile, as the stage ``outline`` or ``units`` left them; none where it has none."""
         return {p: d for p, d in sorted(self.outputs_of(stage, tile).items()) if p.endswith(".jsonl")}

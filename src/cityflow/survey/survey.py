@@ -64,6 +64,7 @@ class Survey:
         self.lattice = Lattice(self.source, parameters.tiles.tile_m, catalog.reference.code)
         self.results, self.given = Results(), GivenOutlines()
         self._model: ModelParameters | None = None
+        self._limits: dict[str, Limits] = {}
         self.index = PointIndex(self.source, parameters.tiles, self.results)
 
     def learn(self, record: Record) -> None:
@@ -178,7 +179,9 @@ class Survey:
 
     def unread(self, bounds: Bounds) -> dict[str, str]:
         """Name → why: the files that should hold points within `bounds` but could not be read."""
-        found = {}
+        found: dict[str, str] = {}
+        if not self.lidar.files:
+            return found
         for asset in self.lidar.assets_over(bounds):
             if self.results.has_failed("ingest", asset.name):
                 found[asset.name] = self.results.reason_of("ingest", asset.name)
@@ -199,7 +202,16 @@ class Survey:
         return self._date_over(None)
 
     def _date_over(self, bounds: Bounds | None) -> str:
-        return max((a.date or "" for a in self.source.assets_over(bounds)), default="")
+        return max(self._dates_over(bounds), default="")
+
+    def _dates_over(self, bounds: Bounds | None) -> frozenset[str]:
+        """Days on which data within `bounds` was taken; where the source does not tell by place, those of the whole survey."""
+        over = None if self.source.kind == IMAGES else bounds
+        return self._all_dates if over is None else frozenset(a.date for a in self.source.assets_over(over) if a.date)
+
+    @cached_property
+    def _all_dates(self) -> frozenset[str]:
+        return frozenset(a.date for a in self.source.assets_over() if a.date)
 
     def product_metadata(self, bounds: Bounds | None = None) -> ProductMetadata:
         """What products say of the survey, as a whole or over a tile; part of the digest of whatever writes it."""
@@ -208,11 +220,12 @@ class Survey:
 
     def source_attributes(self, bounds: Bounds) -> dict[str, str | None]:
         """What is known of the data that a unit was made from."""
-        dates = sorted({a.date for a in self.source.assets_over(bounds) if a.date})
-        return {"source": self.catalog.title, "source_date": dates[-1] if dates else None}
+        return {"source": self.catalog.title, "source_date": self._date_over(bounds) or None}
 
     def limits(self, stage: str) -> Limits:
-        return self.parameters.execution.limits_of(stage)
+        if stage not in self._limits:
+            self._limits[stage] = self.parameters.execution.limits_of(stage)
+        return self._limits[stage]
 
 
 def _source_of(catalog: Catalog, asked: str) -> str:

@@ -21,12 +21,12 @@ def texture_parameters(survey: Survey, unit: UnitEntry) -> TextureParameters:
     return asked if asked is survey.fitting_textures else survey.fitted(asked)
 
 
-def tiles_around(survey: Survey, unit: UnitEntry) -> list[str]:
+def tiles_around(survey: Survey, unit: UnitEntry) -> tuple[str, ...]:
     """Tiles that may own units whose models stand before this one: how the ground is cut must not tell which."""
     return survey.lattice.tiles_over(grown(unit.bounds, texture_parameters(survey, unit).around_m + LONGEST_M))
 
 
-def surfaces_around(survey: Survey, unit: UnitEntry) -> list[str]:
+def surfaces_around(survey: Survey, unit: UnitEntry) -> tuple[str, ...]:
     """Tiles whose surface may stand between."""
     return survey.lattice.tiles_over(grown(unit.bounds, texture_parameters(survey, unit).halo_m))
 

@@ -28,13 +28,13 @@ class TextureNeeds:
 
     Attributes
     ----------
-    around : units whose models may stand between this one and a camera, or share a wall with it, whatever tiles they are in
+    models : the unit and those whose models may stand between it and a camera, or share a wall with it, whatever tiles they are in
     images : those that have it in their frame
     views : poses and balances of all images that show a unit of its tile
     """
 
-    around: list[str]
-    images: list[str]
+    models: tuple[str, ...]
+    images: tuple[str, ...]
     views: SharedText
 
 
@@ -74,10 +74,12 @@ def _of_tile(city: City, tile: str) -> _TileNeeds:
         meets = other.meeting(near) & _tile_meets(survey.lattice.tiles[name], looked)[:, None]
         for k, i in zip(*(a.tolist() for a in np.nonzero(meets)), strict=True):
             around[k].add(other.names[i])
-    models = [sorted(n for n in found - {u.id} if n in city.units) for u, found in zip(units, around, strict=True)]
+    models = [
+        tuple(sorted(n for n in {*found, u.id} if n in city.units)) for u, found in zip(units, around, strict=True)
+    ]
     images = _images(city, index, asked)
     views = views_of(survey, sorted({n for names_of in images for n in names_of}))
-    needs = {u.id: TextureNeeds(m, i, views) for u, m, i in zip(units, models, images, strict=True)}
+    needs = {u.id: TextureNeeds(m, tuple(i), views) for u, m, i in zip(units, models, images, strict=True)}
     return _TileNeeds({t: city.units_of.get(t) for t in names}, needs)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 from cityflow.core.grid import Bounds, Grid, Tile, grid_over, grown, lattice_grid, tiles_over
@@ -11,6 +12,9 @@ from cityflow.survey.unit_entry import UnitEntry
 
 SEEN_AROUND_M = 5.0
 """A unit waits for the surfaces this far beyond its outline, and looks no farther."""
+
+KEPT = 4096
+"""Rows and columns of tiles whose names stay at hand; set by hand."""
 
 
 class Lattice:
@@ -23,6 +27,7 @@ class Lattice:
 
     def __init__(self, source: Source, tile_m: float, crs: str) -> None:
         self.source, self.tile_m, self._crs = source, tile_m, crs
+        self._over: dict[tuple[int, int, int, int], tuple[str, ...]] = {}
 
     @cached_property
     def tiles(self) -> dict[str, Tile]:
@@ -68,11 +73,17 @@ class Lattice:
         """The tile and all others that lie within `reach_m` of it, south-west first."""
         return [t.name for t in tiles_over(self.tiles[name].buffered(reach_m), self.tile_m) if t.name in self.tiles]
 
-    def tiles_under(self, unit: UnitEntry) -> list[str]:
+    def tiles_under(self, unit: UnitEntry) -> tuple[str, ...]:
         """Every tile of which a task of the unit reads a cell or a point: what it does not wait for it must not see."""
-        over = tiles_over(grown(unit.bounds, SEEN_AROUND_M), self.tile_m)
-        return [t.name for t in over if t.name in self.tiles]
+        return self.tiles_over(grown(unit.bounds, SEEN_AROUND_M))
 
-    def tiles_over(self, bounds: Bounds) -> list[str]:
-        """The tiles of the survey that meet `bounds`, south-west first."""
-        return [t.name for t in tiles_over(bounds, self.tile_m) if t.name in self.tiles]
+    def tiles_over(self, bounds: Bounds) -> tuple[str, ...]:
+        """The tiles of the survey that meet `bounds`, south-west first; one object for all bounds over the same tiles, as long as it is at hand."""
+        m = self.tile_m
+        place = math.floor(bounds[0] / m), math.floor(bounds[1] / m), math.ceil(bounds[2] / m), math.ceil(bounds[3] / m)
+        found = self._over.get(place)
+        if found is None:
+            if len(self._over) >= KEPT:
+                self._over.clear()
+            found = self._over[place] = tuple(t.name for t in tiles_over(bounds, m) if t.name in self.tiles)
+        return found

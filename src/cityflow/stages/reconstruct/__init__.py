@@ -6,15 +6,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import NoReturn
 
-import shapely
-
 from cityflow.core.building import Building, Lod, Outline, Scalar, Status
 from cityflow.core.edits import Edits
 from cityflow.core.grid import grown
 from cityflow.core.json_values import finite
 from cityflow.core.reconstruction import Evidence
 from cityflow.errors import RefusedUnit
-from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Nodes, Stage
 from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
@@ -26,8 +24,9 @@ from cityflow.reconstruction.choose import Choice
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
-from cityflow.stages.reconstruct.evidence import EvidenceInputs, evidence_inputs, inputs_of, read_evidence
+from cityflow.stages.reconstruct.evidence import EvidenceInputs, evidence_of, read_evidence
 from cityflow.survey.city import City
+from cityflow.survey.kept_by_survey import kept_by_survey
 from cityflow.survey.results import HULL
 from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import UNREAD, WALL_MARGIN_M, Survey
@@ -64,13 +63,15 @@ class RefusedInputs(TaskInputs):
 def task(survey: Survey, unit: UnitEntry) -> Task:
     """One building."""
     source = survey.source_attributes(grown(unit.bounds, WALL_MARGIN_M))
-    roofs = Edits(roof_types=survey.edits.near(shapely.box(*unit.bounds)).roof_types)
+    near = survey.edits.within(unit.bounds)
+    depends_on, evidence = evidence_of(survey, unit)
+    roofs = Edits(roof_types=near.roof_types) if len(near) else near
     return Task(
         NAME, unit.id, "cityflow.stages.reconstruct:run", VERSION,
         parameters=as_json(_parameters(survey, unit.id)),
-        inputs={"outline": unit.digest, **inputs_of(survey, unit), "source": digest_of(source),
+        inputs={"outline": unit.digest, **depends_on, "source": digest_of(source),
                 **({"edits": digest_of(roofs.lines())} if len(roofs) else {})},
-        arguments=as_json(UnitInputs(unit.at, evidence_inputs(survey, unit), source, roofs)),
+        arguments=as_json(UnitInputs(unit.at, evidence, source, roofs)),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -170,11 +171,13 @@ def _starts(city: City, ended: Node) -> Iterable[str]:
 
 def _evidence(city: City, name: str) -> Iterable[Node]:
     """Surfaces under a unit, and what images show of it."""
-    if name not in city.units:
-        return []
-    under = city.survey.lattice.tiles_under(city.units[name])
-    pictures = [(s, t) for s in ("ortho", "walls") for t in under] if city.survey.source.kind == IMAGES else []
-    return [*(("surface", t) for t in under), *pictures]
+    return _over(city.survey, city.survey.lattice.tiles_under(city.units[name])) if name in city.units else ()
+
+
+@kept_by_survey
+def _over(survey: Survey, under: tuple[str, ...]) -> Nodes:
+    stages = ("surface", "ortho", "walls") if survey.source.kind == IMAGES else ("surface",)
+    return Nodes(*((stage, under) for stage in stages))
 
 
 def _task(city: City, name: str) -> Task:

@@ -82,28 +82,27 @@ class EvidenceInputs(TaskInputs):
     alike_m: float
 
 
-def inputs_of(survey: Survey, unit: UnitEntry) -> dict[str, str]:
-    """What a unit's evidence depends on, beside its outline: name → digest."""
-    under = survey.lattice.tiles_under(unit)
+def evidence_of(survey: Survey, unit: UnitEntry) -> tuple[dict[str, str], EvidenceInputs]:
+    """What a unit's evidence depends on, beside its outline: name → digest; and where `read_evidence` finds it."""
+    under, results = survey.lattice.tiles_under(unit), survey.results
     around = grown(unit.bounds, AROUND_M)
+    pieces, unread = survey.index.over(around), survey.unread(around)
+    # façades of images, independent of the source of the outlines
+    walls = (
+        {p: d for t in under for p, d in results.outputs_of("walls", t).items()} if survey.source.kind == IMAGES else {}
+    )
     orthos = (
-        {f"ortho {t}": survey.results.digest_of("ortho", t) for t in under} if survey.reads_own_orthos else
+        {f"ortho {t}": results.digest_of("ortho", t) for t in under} if survey.reads_own_orthos else
         {kind: r.checksum for kind, r in survey.given_orthos().items()}
     )  # fmt: skip
-    return {
-        **{f"surface {t}": survey.results.digest_of("surface", t) for t in under}, **survey.index.over(around), **_walls(survey, unit),
-        **{f"unread {f}": "missing" for f in survey.unread(around)}, **orthos, "building class": str(survey.lidar.has_building_class),
-        **({"uneven": str(_uneven(survey))} if _uneven(survey) else {}),
+    classified, uneven = survey.lidar.has_building_class, _uneven(survey)
+    inputs = {
+        **{f"surface {t}": results.digest_of("surface", t) for t in under}, **pieces, **walls,
+        **{f"unread {f}": "missing" for f in unread}, **orthos, "building class": str(classified), **({"uneven": str(uneven)} if uneven else {}),
     }  # fmt: skip
-
-
-def evidence_inputs(survey: Survey, unit: UnitEntry) -> EvidenceInputs:
-    """Where `read_evidence` finds it."""
-    around = grown(unit.bounds, AROUND_M)
-    failed = (t for t in survey.lattice.tiles_under(unit) if survey.results.has_failed("surface", t))
-    return EvidenceInputs(
-        tuple(survey.index.over(around)), tuple(survey.unread(around)), tuple(_walls(survey, unit)), tuple(failed), survey.surfaces,
-        survey.reads_own_orthos, survey.ortho_inputs, survey.catalog.reference.code, survey.lidar.has_building_class, _uneven(survey),
+    return inputs, EvidenceInputs(
+        tuple(pieces), tuple(unread), tuple(walls), tuple(t for t in under if results.has_failed("surface", t)), survey.surfaces,
+        survey.reads_own_orthos, survey.ortho_inputs, survey.catalog.reference.code, classified, uneven,
         survey.source.kind != LIDAR, survey.catalog.rasters["dsm"].cell if survey.source.kind == RASTERS else 0.0,
     )  # fmt: skip
 
@@ -112,13 +111,6 @@ def _uneven(survey: Survey) -> float:
     """What of a scanner's points is foliage; 0 where classes tell, or where points are cells of a surface."""
     scanned = survey.source.kind == LIDAR and not survey.lidar.has_building_class
     return survey.parameters.surface.vegetation.uneven if scanned else 0.0
-
-
-def _walls(survey: Survey, unit: UnitEntry) -> dict[str, str]:
-    """Façades of images, independent of the source of the outlines."""
-    if survey.source.kind != IMAGES:
-        return {}
-    return {p: d for t in survey.lattice.tiles_under(unit) for p, d in survey.results.outputs_of("walls", t).items()}
 
 
 def read_evidence(store: Store, given: EvidenceInputs, outline: Outline, wanted_type: str = "") -> Evidence:
