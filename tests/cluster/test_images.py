@@ -74,6 +74,21 @@ def test_heights_are_the_true_ones(flight_run: Path) -> None:
     assert (np.abs(errors) < 3 * GSD_M).mean() > 0.95
 
 
+def test_no_block_of_a_pair_was_matched_twice(flight_run: Path, area_run: Path) -> None:
+    """By the records; an image is one task, also of a part of its ground, and leaves a file for each ground tile."""
+    whole, part = (newest(run, "match") for run in (flight_run, area_run))
+    for matched in (whole, part):
+        assert set(matched) <= {f"{kind}{k}" for kind in "no" for k in range(9)}
+        for record in matched.values():
+            counts = record["result"]["blocks"]
+            assert counts
+            assert all(count == different > 0 for count, different in counts.values())
+    assert max(len(r["outputs"]) for r in whole.values()) > 1
+    for unit, record in part.items():
+        own, every = ({p.split("/")[-1]: d for p, d in r["outputs"].items()} for r in (record, whole[unit]))
+        assert own.items() <= every.items(), "a tile has the same bytes whatever is asked for beside it"
+
+
 def test_terrain_passes_under_the_houses(flight_run: Path) -> None:
     errors = at_truth(flight_run, "dtm") - truth().dtm
     assert np.isfinite(errors).mean() > 0.95
