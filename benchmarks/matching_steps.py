@@ -13,7 +13,7 @@ _LEVEL = ["level 0"]
 """Of the block that is being matched."""
 
 
-def _block(_left: Any, _right: Any, _low: int, _search: Any, _seen: Any, level: int, *_: Any) -> str:
+def _block(_lattice: Any, level: int, *_: Any) -> str:
     _LEVEL[0] = "level 0" if level == 0 else "coarse levels"
     return _LEVEL[0]
 
@@ -34,7 +34,8 @@ STEPS = (
     Step("resample", f"{M}.resample:resampled"),
     Step("census", f"{M}.census:census"),
     Step("cost, paths and the way back, {}", f"{M}.paths:best_shifts", _level, _searched),
-    Step("chunks and speckles, {}", f"{M}.sgm:matched_block", _block),
+    Step("chunks and speckles, {}", f"{M}.sgm:matched_block", _level),
+    Step("put together, {}", f"{M}.lattice:PairLattice._matched", _block),
     Step("ranges", f"{M}.lattice:PairLattice._search"),
     Step("sub-pixel", f"{M}.subpixel:refined"),
     Step("parallax", f"{M}.parallax:vertical_parallax"),
