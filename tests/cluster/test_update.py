@@ -4,18 +4,36 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import geopandas
 import numpy as np
 import pytest
+import shapely
+import yaml
 
+from cityflow.catalog.create import create_catalog
+from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.store import Store
+from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.catalog.stac_assets import Catalog
+from cityflow.io.crs import resolve
+from cityflow.io.rasters.raster import write_cog
+from cityflow.runs.current import current_records
+from cityflow.runs.run_folder import open_run
+from cityflow.workflow.former_state import State, Update, begin_update, data_of, last_update, note_update
+from cityflow.workflow.run import failed_tasks
 from cluster.second_epoch import CORRECTED, GONE, NEW, NEW_HEIGHT_M, NEW_PLACE, RAISED, RAISED_M, second_epoch
 from cluster.small_city import (
     SCENE,
     Commands,
+    Done,
     SmallCity,
     contents,
     laz,
@@ -76,8 +94,8 @@ def epoch_2(folder: Path, seed: int = 7) -> tuple[SmallCity, float]:
     return city, epoch.cut_m2
 
 
-def test_exactly_the_changed_buildings_are_listed_also_when_the_driver_died(
-    cityflow: Commands, copied_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_exactly_the_changed_buildings_are_listed_also_when_the_driver_died_and_tasks_failed(
+    cityflow: Commands, small_city: SmallCity, copied_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     city, cut_m2 = epoch_2(tmp_path / "later")
     with monkeypatch.context() as patch:
@@ -88,6 +106,7 @@ def test_exactly_the_changed_buildings_are_listed_also_when_the_driver_died(
     assert done.code == 0, done.text
     assert "1 new, 1 gone, 2 altered" in done.out
     assert not (copied_run / "updates/2").exists()
+    assert "changes.html" in (copied_run / "report.html").read_text()
     tree = changes(copied_run, 1)
     found = {(c["kind"], c["id"] or c["before"]): c for c in tree["changes"]}
     assert found.keys() == {("new", NEW), ("gone", GONE), ("altered", RAISED), ("altered", CORRECTED)}
@@ -119,6 +138,57 @@ def test_exactly_the_changed_buildings_are_listed_also_when_the_driver_died(
     assert {c["id"] or c["before"] for c in changes(copied_run, 1)["changes"]} == {NEW, GONE, CORRECTED}
     assert not (copied_run / "updates/2").exists()
 
+    first = make_city(tmp_path / "first again")
+    with hidden(first.outlines):
+        assert_nobody_is_called_gone(cityflow("update", copied_run, "--catalog", first.catalog), copied_run)
+    assert cityflow("rerun", copied_run, "--failed").code == 0
+    assert_the_next_starts_from_what_is_healed(copied_run, read_catalog(str(city.catalog)))
+    back = cityflow("update", copied_run, "--catalog", first.catalog, "--set", "changes.least_height_m=0.5")
+    assert back.code == 0, back.text
+    kinds = {(c["kind"], c["id"] or c["before"]) for c in changes(copied_run, 2)["changes"]}
+    assert kinds == {("gone", NEW), ("new", GONE), ("altered", RAISED), ("altered", CORRECTED)}
+    report = (copied_run / "report.html").read_text()
+    assert report.index("updates/2/changes.html") < report.index("updates/1/changes.html")
+
+
+@contextmanager
+def hidden(path: Path) -> Iterator[None]:
+    data = path.read_bytes()
+    path.unlink()
+    try:
+        yield
+    finally:
+        path.write_bytes(data)
+
+
+def assert_nobody_is_called_gone(failed: Done, run: Path) -> None:
+    """Without outlines nobody knows which buildings stand."""
+    assert failed.code == 1
+    assert "the city is incomplete" in failed.err
+    tree = changes(run, 2)
+    assert tree["changes"] == []
+    assert set(tree["unclear"]) == (scene().outlines.keys() | {NEW}) - {GONE}
+    assert tree["failed"][0].startswith("ingest-outlines: ")
+    page = (run / "updates/2/changes.html").read_text()
+    assert "This comparison is incomplete" in page
+    assert f"cityflow rerun {run} --failed" in page
+    assert cast(Update, last_update(Store.open(run))).state is State.FAILED
+
+
+def assert_the_next_starts_from_what_is_healed(path: Path, other: Catalog) -> None:
+    """And goes on from the state before as long as failures are there."""
+    run = open_run(str(path))
+    ended, new = cast(Update, last_update(run.store)), replace(run, catalog=other)
+    with Ledger.open(run.store) as ledger:
+        records = current_records(run, ledger)
+        assert failed_tasks(records) == []
+        third = begin_update(run, records, new, is_whole=True)
+        assert (third.number, third.former_data) == (3, data_of(run.catalog))
+        run.store.remove(third.folder)
+        second = begin_update(run, records, new, is_whole=False)
+        assert (second.number, second.former_data) == (2, ended.former_data)
+    note_update(run.store, ended)
+
 
 def _dies(*_: object) -> None:
     raise KeyboardInterrupt
@@ -146,3 +216,55 @@ def test_a_catalog_that_does_not_continue_the_survey_is_refused(
     refused = cityflow("update", copied_run, "--catalog", west.catalog, "--set", "surface.cell_m=1")
     assert "no parameter of the comparison" in refused.err
     assert contents(copied_run, ("products", "records", "run.json", "updates")) == before
+
+
+GRID = Grid(90000.0, 460050.0, 0.25, 200, 400)
+PLACES = {f"h{k}": shapely.box(90010.0 + 22 * k, 460015.0, 90022.0 + 22 * k, 460027.0) for k in range(4)}
+GROUND_M, EAVES_M, HIGHER_M = 12.0, 17.0, 2.5
+
+
+@dataclass(frozen=True)
+class GivenHeights:
+    """A survey of a DSM and outlines, with its workflow."""
+
+    folder: Path
+    catalog: Path
+    workflow: Path
+
+
+def given_heights(folder: Path, tops: Mapping[str, float]) -> GivenHeights:
+    """Flat roofs on level ground, with noise of 1 cm."""
+    folder.mkdir()
+    x, y = np.meshgrid(GRID.x_centres(), GRID.y_centres())
+    dsm = np.random.default_rng(5).normal(GROUND_M, 0.01, GRID.shape)
+    for name, top in tops.items():
+        dsm[shapely.contains_xy(PLACES[name], x, y)] += top - GROUND_M
+    (folder / "dsm.tif").write_bytes(write_cog(dsm.astype(np.float32), GRID, resolve("EPSG:28992")))
+    shapes = [PLACES[name] for name in tops]
+    geopandas.GeoDataFrame({"id": list(tops)}, geometry=shapes, crs=28992).to_file(folder / "outlines.gpkg")
+    create_catalog(
+        folder / "catalog", dsm=folder / "dsm.tif", outlines=folder / "outlines.gpkg", crs="EPSG:28992", id_column="id",
+        title="Given heights",
+    )  # fmt: skip
+    workflow = {
+        "name": "given_heights",
+        "points": {"source": "rasters"},
+        "tiles": {"tile_m": 100},
+        "export": {"formats": ["cityjson"]},
+    }
+    (folder / "workflow.yaml").write_text(yaml.safe_dump(workflow))
+    return GivenHeights(folder, folder / "catalog", folder / "workflow.yaml")
+
+
+def test_another_dsm_tells_the_raised_the_new_and_the_gone(cityflow: Commands, tmp_path: Path) -> None:
+    first = given_heights(tmp_path / "first", {"h0": EAVES_M, "h1": EAVES_M, "h2": EAVES_M})
+    then = given_heights(tmp_path / "then", {"h0": EAVES_M, "h1": EAVES_M + HIGHER_M, "h3": EAVES_M})
+    cityflow.run(first, tmp_path / "run")
+    done = cityflow("update", tmp_path / "run", "--catalog", then.catalog)
+    assert done.code == 0, done.text
+    tree = changes(tmp_path / "run", 1)
+    found = {(c["kind"], c["id"] or c["before"]): c for c in tree["changes"]}
+    assert found.keys() == {("new", "h3"), ("gone", "h2"), ("altered", "h1")}
+    assert tree["compared"] + tree["untouched"] == 1
+    assert found["altered", "h1"]["roof_mean_m"] == pytest.approx(HIGHER_M, abs=0.05)
+    assert found["altered", "h1"]["volume_m3"] == pytest.approx(HIGHER_M * PLACES["h1"].area, rel=0.02)

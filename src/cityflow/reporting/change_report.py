@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict
+from collections.abc import Callable, Iterable, Mapping, Set
+from dataclasses import asdict, dataclass, replace
 
 from cityflow.core.building import Scalar
-from cityflow.evaluation.change_pairs import EpochUnit, pair_up
+from cityflow.evaluation.change_pairs import EpochUnit, Pair, pair_up
 from cityflow.evaluation.changes import Change, ChangeParameters, Changes, Figures, Kind, changes_of
+from cityflow.flow.store import Store
 from cityflow.flow.task import digest_of
 from cityflow.handover.epoch_rows import EpochRow
 from cityflow.io.tables.outlines_gpkg import Layer, write_geopackage
 from cityflow.reporting.change_pictures import change_pictures
-from cityflow.reporting.epoch import epoch_rows
+from cityflow.reporting.epoch import epoch_rows, unlisted_tiles
 from cityflow.runs.current import CurrentRecords
 from cityflow.runs.prepare import Prepared
 from cityflow.viewer.changes_page import ChangeRow, ChangesPage, changes_page
@@ -21,20 +22,35 @@ from cityflow.viewer.changes_page import ChangeRow, ChangesPage, changes_page
 PICTURED = 200
 """Changes with pictures, of 50 kB each; the table has all."""
 LAYER, PAGE, FIGURES = "changes.gpkg", "changes.html", "changes.json"
+UPDATES = "updates"
+"""Folder of a RUN, with one for each update."""
+
+
+@dataclass(frozen=True, slots=True)
+class FormerState:
+    """The buildings before.
+
+    Attributes
+    ----------
+    rows : gives them, whenever it is called: only those that may have changed are held
+    unlisted : ground tiles whose buildings were not known
+    """
+
+    rows: Callable[[], Iterable[EpochRow]]
+    unlisted: frozenset[str]
 
 
 def write_change_report(
-    run: Prepared, records: CurrentRecords, former: Callable[[], Iterable[EpochRow]], said: ChangesPage, folder: str
+    run: Prepared, records: CurrentRecords, former: FormerState, said: ChangesPage, folder: str
 ) -> ChangesPage:
     """Compare with the former state and write all three.
 
     Parameters
     ----------
-    former : gives the buildings before, whenever it is called: only those that may have changed are held;  said : what the page says of the surveys
-    folder : of the RUN, for the files
+    said : what the page says of surveys and failures;  folder : of the RUN, for the files
     """
     parameters = run.workflow.city.changes
-    states, same = {row.id: _state(row) for row in former()}, set[str]()
+    states, same = {row.id: _state(row) for row in former.rows()}, set[str]()
 
     def is_other(row: EpochRow) -> bool:
         if states.get(row.id) == _state(row):
@@ -42,22 +58,43 @@ def write_change_report(
         return row.id not in same
 
     after = [row for _, rows in epoch_rows(run, records, is_other) for row in rows]
-    before = [row for row in former() if row.id not in same]
-    changes = changes_of(pair_up([_unit(row) for row in before], [_unit(row) for row in after]), parameters)
+    before = [row for row in former.rows() if row.id not in same]
     tiles = {row.id: row.tile for row in (*before, *after)}
+    every, lost = pair_up([_unit(row) for row in before], [_unit(row) for row in after]), unlisted_tiles(run, records)
+    is_unclear = [_is_unclear(p, tiles, (former.unlisted, lost)) for p in every]
+    changes = changes_of([p for p, skip in zip(every, is_unclear, strict=True) if not skip], parameters)
     survey = run.source().survey
     shown = tuple(
         _row(c, tiles, tuple(change_pictures(run.store, survey, c)) if k < PICTURED else ())
         for k, c in enumerate(changes.found)
     )
-    page = ChangesPage(
-        said.title, said.former, said.catalog, said.dates, shown, changes.compared, len(same), changes.without_model,
-        changes.offset_m, changes.scatter_m, _rules(parameters),
+    page = replace(
+        said, rows=shown, compared=changes.compared, untouched=len(same), without_model=changes.without_model, offset_m=changes.offset_m,
+        scatter_m=changes.scatter_m, rules=_rules(parameters), unclear=tuple(sorted(_name(p) for p, skip in zip(every, is_unclear, strict=True) if skip)),
     )  # fmt: skip
     run.store.write_bytes(f"{folder}/{LAYER}", write_geopackage([_layer(changes, shown)], run.catalog.reference))
     run.store.write_bytes(f"{folder}/{FIGURES}", _json(page, parameters))
     run.store.write_bytes(f"{folder}/{PAGE}", changes_page(page))
     return page
+
+
+def told_changes(store: Store) -> list[tuple[str, str]]:
+    """Each update of a RUN that has been compared, the last first: address of its page, relative to the RUN, and its changes in short."""
+    numbers = sorted((int(n) for n in store.folders(UPDATES) if n.isdecimal()), reverse=True)
+    folders = [f for n in numbers if store.exists(f"{(f := f'{UPDATES}/{n}')}/{FIGURES}")]
+    return [(f"{f}/{PAGE}", str(json.loads(store.read_bytes(f"{f}/{FIGURES}"))["in_short"])) for f in folders]
+
+
+def _is_unclear(pair: Pair, tiles: Mapping[str, str], unlisted: tuple[Set[str], Set[str]]) -> bool:
+    """Whether a building may well have stood, or stand, without anybody knowing: it is neither new nor gone."""
+    (before, after), (former, now) = pair, unlisted
+    return (after is None and tiles[_name(pair)] in now) or (before is None and tiles[_name(pair)] in former)
+
+
+def _name(pair: Pair) -> str:
+    unit = pair[1] or pair[0]
+    assert unit is not None
+    return unit.id
 
 
 def _state(row: EpochRow) -> str:
@@ -113,6 +150,7 @@ def _json(page: ChangesPage, parameters: ChangeParameters) -> bytes:
     tree = {
         "in_short": page.in_short, "former": page.former, "catalog": page.catalog, "parameters": parameters.model_dump(mode="json"),
         "compared": page.compared, "untouched": page.untouched, "without_model": list(page.without_model),
+        "failed": list(page.failed), "unclear": list(page.unclear),
         "offset_m": page.offset_m, "scatter_m": page.scatter_m,
         "changes": [
             {"kind": r.kind, "id": r.id, "before": r.before, "tile": r.tile, "what": r.what, **r.figures} for r in page.rows

@@ -14,7 +14,7 @@ from cityflow.handover.outline_lines import decode_all
 from cityflow.reporting.listed_city import entries_of
 from cityflow.runs.current import CurrentRecords
 from cityflow.runs.prepare import Prepared
-from cityflow.stages import ingest, reconstruct
+from cityflow.stages import ingest, outline, reconstruct, units
 from cityflow.survey.given_outlines import ACCURACY
 from cityflow.survey.results import HULL
 
@@ -24,7 +24,7 @@ WITH_MODEL = (Status.DONE, Status.DEGRADED)
 def epoch_rows(
     run: Prepared, records: CurrentRecords, is_wanted: Callable[[EpochRow], bool] = lambda _: True
 ) -> Iterator[tuple[str, list[EpochRow]]]:
-    """Tile → its buildings in the area of interest, without refused ones.
+    """Tile → its buildings in the area of interest, without refused ones; those whose model failed or is still to come have none.
 
     Parameters
     ----------
@@ -39,11 +39,23 @@ def epoch_rows(
             for path in sorted({e["path"] for e in asked})
             for s in decode_all(run.store.read_bytes(path))
         }
-        hulls = {u: _hull(r) for u, r in sorted(ended.items()) if r.status is not Status.REFUSED}
+        known = sorted((e["id"], ended.get(e["id"])) for e in asked)
+        hulls = {u: _hull(r) for u, r in known if r is None or r.status is not Status.REFUSED}
         rows = [EpochRow(u, tile, shapely.to_wkb(shapes[u], hex=True), d, "", sigma) for u, (_, d) in hulls.items()]
         rows = [row for row in rows if is_wanted(row)]
         features = dict(run.store.read_many([hulls[row.id][0] for row in rows if row.digest]))
         yield tile, [replace(row, feature=features.get(hulls[row.id][0], b"").decode()) for row in rows]
+
+
+def unlisted_tiles(run: Prepared, records: CurrentRecords) -> set[str]:
+    """Ground tiles in the area of interest of which nobody can say which buildings stand there, since tasks failed or have not run."""
+    survey = run.source().survey
+    for record in records.of(ingest.NAME):
+        survey.learn(record)
+    tiles = {t for t, tile in survey.lattice.tiles.items() if run.area.meets(tile.bounds)}
+    known = {row.unit for row in records.rows(outline.NAME) if row.status is not Status.FAILED}
+    known -= {row.unit for row in records.rows(units.NAME) if row.status is Status.FAILED}
+    return {t for t in tiles if t not in known or survey.given.lost(t)}
 
 
 def outline_sigma(run: Prepared, records: CurrentRecords) -> float:
@@ -54,7 +66,7 @@ def outline_sigma(run: Prepared, records: CurrentRecords) -> float:
     return survey.outline_sigma_m
 
 
-def _hull(record: Record) -> tuple[str, str]:
+def _hull(record: Record | None) -> tuple[str, str]:
     """Path and digest; empty where it has no model of its own."""
-    found = record.outputs.items() if record.status in WITH_MODEL else ()
+    found = record.outputs.items() if record is not None and record.status in WITH_MODEL else ()
     return next(((path, digest) for path, digest in found if path.endswith(HULL)), ("", ""))

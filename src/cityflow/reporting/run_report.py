@@ -21,6 +21,7 @@ from cityflow.flow.row import Row
 from cityflow.io.crs import vertical_datum
 from cityflow.io.globe import globe_of
 from cityflow.pipeline.parameters import CityParameters
+from cityflow.reporting.change_report import told_changes
 from cityflow.reporting.checkpoint_rows import checkpoint_rows
 from cityflow.reporting.image_figures import image_figures
 from cityflow.reporting.listed_city import listed_city, problems_of
@@ -196,6 +197,7 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         unused_edits=unused_edits(run, records),
         textures=texture_figures(run.store, survey, records),
         placing=_placing(run, survey),
+        changes=tuple(told_changes(run.store)),
     )  # fmt: skip
 
 

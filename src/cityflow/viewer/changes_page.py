@@ -39,30 +39,40 @@ class ChangesPage:
     compared : buildings that were modelled again and found as they were;  untouched : those that did not run again
     without_model : names;  offset_m, scatter_m : of all roofs that were compared
     rules : what counts as an alteration, in words
+    failed : tasks without which the comparison is incomplete, with reasons;  retry : the command that runs them again
+    unclear : names of buildings that may stand in one of the epochs without anybody knowing, since tasks failed: they are neither new nor gone
     """
 
-    title: str
-    former: str
-    catalog: str
-    dates: tuple[str, str]
-    rows: Sequence[ChangeRow]
-    compared: int
-    untouched: int
-    without_model: Sequence[str]
-    offset_m: float
-    scatter_m: float
-    rules: str
+    title: str = ""
+    former: str = ""
+    catalog: str = ""
+    dates: tuple[str, str] = ("", "")
+    rows: Sequence[ChangeRow] = ()
+    compared: int = 0
+    untouched: int = 0
+    without_model: Sequence[str] = ()
+    offset_m: float = 0.0
+    scatter_m: float = 0.0
+    rules: str = ""
+    failed: Sequence[str] = ()
+    retry: str = ""
+    unclear: Sequence[str] = ()
 
     @property
     def in_short(self) -> str:
         """
-        >>> ChangesPage("", "", "", ("", ""), (), 3, 4, (), 0.0, 0.0, "").in_short
+        >>> ChangesPage(compared=3, untouched=4).in_short
         'No building is new, gone or altered; 3 were modelled again and are as before, 4 did not run again.'
+        >>> ChangesPage(compared=3, failed=["export-city: no"], unclear=["a"]).in_short.partition(" Incomplete")[2]
+        ': tasks have failed (1); buildings of which nobody can say whether they are new or gone: 1.'
         """
         counts = [(k, n) for k in ("new", "gone", "altered") if (n := sum(r.kind == k for r in self.rows))]
         found = ", ".join(f"{n:,} {kind}" for kind, n in counts) or "No building is new, gone or altered"
+        lacks = [f"tasks have failed ({len(self.failed):,})"] if self.failed else []
+        lacks += [f"buildings of which nobody can say whether they are new or gone: {len(self.unclear):,}"] if self.unclear else []  # fmt: skip
         return (
             f"{found}; {self.compared:,} were modelled again and are as before, {self.untouched:,} did not run again."
+            + (f" Incomplete: {'; '.join(lacks)}." if lacks else "")
         )
 
 

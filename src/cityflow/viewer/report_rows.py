@@ -172,6 +172,7 @@ class ReportData:
     run : where the run lies, as commands name it
     waiting : rings of outlines that are not processed yet, by id
     view : address of the page that shows the city in a browser, relative to the report; empty where there is none
+    changes : pages of changes by updates, the last first: address, relative to the report, and what it says in short
     districts : of a large city
     whole : figures of all buildings, where `units` are those of a large city that a person shall see; its failed units are among the `problems`
     """
@@ -202,5 +203,6 @@ class ReportData:
     run: str = "RUN"
     waiting: Mapping[str, tuple[FloatArray, ...]] = field(default_factory=dict)
     view: str = ""
+    changes: tuple[tuple[str, str], ...] = ()
     districts: tuple[DistrictRow, ...] = ()
     whole: UnitFigures | None = None

@@ -111,11 +111,13 @@ class Extras:
     verify : hold the contents of what is done against their digests, too
     performance : save Dask's performance report with the RUN
     request : of the command, where Dask may start several drivers for it; empty: one of its own
+    before_report : called with the records when all tasks have ended; what it writes, the report may link to
     """
 
     verify: bool = False
     performance: bool = False
     request: str = ""
+    before_report: Callable[[CurrentRecords], object] = lambda _: None
 
 
 PLAIN = Extras()
@@ -178,12 +180,13 @@ def execute(
             asked = note_asked(wanted, ledger)
             records = known_records(wanted, ledger, asked)
             try:
+                extras.before_report(records)
                 report = write_run_report(wanted, records)
                 break
             except DamagedFileError as error:
                 console.print(passes.spoil(error, ledger), markup=False, soft_wrap=True)
         standing = standing_of(wanted.store, asked, ledger, wanted.store.root)
-        failed = _failed(records)
+        failed = failed_tasks(records)
     if talk is not Talk.QUIET:
         print_summary(standing, report, console)
     refuse_success(wanted, failed)
@@ -239,7 +242,7 @@ def _undamaged(drive: _Drive, passes: Passes, talk: Talk) -> Survey:
             return source.city.survey
 
 
-def _failed(records: CurrentRecords) -> list[Row]:
+def failed_tasks(records: CurrentRecords) -> list[Row]:
     """What failed and is no building, in the order of the flow."""
     stages = (stage for stage in records.stages() if stage not in OF_A_BUILDING)
     rows = ((row for row in records.rows(stage) if row.status is Status.FAILED) for stage in stages)

@@ -22,8 +22,8 @@ from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import describe_run, open_run, workflow_tree
 from cityflow.runs.settings import checked, parse_setting
 from cityflow.viewer.changes_page import ChangesPage
-from cityflow.workflow.former_state import Update, begin_update, former_rows, note_update
-from cityflow.workflow.run import execute
+from cityflow.workflow.former_state import State, Update, begin_update, data_of, former_state, note_update
+from cityflow.workflow.run import Extras, execute, failed_tasks
 from cityflow.workflow.trust import refuse_untrusted
 
 
@@ -46,7 +46,7 @@ class UpdateRequest:
 
 
 def update_run(asked: UpdateRequest, scheduler: str, workers: int, console: Console, talk: Talk = Talk.NORMAL) -> None:
-    """Run what a new catalog concerns, and compare with the state before; an update that was interrupted goes on.
+    """Run what a new catalog concerns, and compare with the state before; an update that was interrupted, or whose failures are still there, goes on.
 
     Raises
     ------
@@ -62,28 +62,27 @@ def update_run(asked: UpdateRequest, scheduler: str, workers: int, console: Cons
         refuse_untrusted(wanted, asked.settings, of_the_run=True)
     wanted.source().city.refuse_nothing()
     with exclusive(run.store), Ledger.open(run.store) as ledger:
-        update = begin_update(run, _records(run, ledger), wanted, run.source().survey.date)
-    begun: list[bool] = []
-
-    def begin() -> None:
-        begun.append(True)
-        describe_run(wanted)
-
+        records = _records(run, ledger)
+        update = begin_update(run, records, wanted, is_whole=not failed_tasks(records))
+    if data_of(run.catalog) not in (update.former_data, update.data):
+        note = (
+            f"Update {update.number} has not ended well: changes are told since the state before it ({update.former})."
+        )
+        console.print(note, markup=False, highlight=False, soft_wrap=True)
+    pages: list[ChangesPage] = []
+    extras = Extras(before_report=lambda records: pages.append(_compared(wanted, update, records)))
     failure = None
     try:
-        execute(wanted, scheduler, workers, console, begin, talk=talk)
+        execute(wanted, scheduler, workers, console, lambda: describe_run(wanted), talk=talk, extras=extras)
     except RunError as error:
-        if not begun:
+        if not pages:
             raise
         failure = error
-    page = _compared(wanted, update)
-    console.print(f"Changes:  {page.in_short}", markup=False, highlight=False, soft_wrap=True)
-    console.print(
-        f"          {run.store.url(f'{update.folder}/{PAGE}')}", markup=False, highlight=False, soft_wrap=True
-    )
+    note_update(run.store, replace(update, state=State.FAILED if failure else State.DONE))
+    for line in (f"Changes:  {pages[-1].in_short}", f"          {run.store.url(f'{update.folder}/{PAGE}')}"):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
     if failure is not None:
         raise failure
-    note_update(run.store, replace(update, done=True))
 
 
 def refuse_misfit(run: Prepared, wanted: Prepared, *, smaller: bool) -> None:
@@ -140,11 +139,9 @@ def _records(run: Prepared, ledger: Ledger) -> CurrentRecords:
     return current_records(run, ledger) if asked is None or asked.is_at_work else noted_records(asked, ledger)
 
 
-def _compared(wanted: Prepared, update: Update) -> ChangesPage:
-    with Ledger.open(wanted.store) as ledger:
-        survey = wanted.source().survey
-        said = ChangesPage(
-            wanted.catalog.title, update.former, update.catalog, (update.former_date, survey.date), (), 0, 0, (), 0.0, 0.0, ""
-        )  # fmt: skip
-        records = _records(wanted, ledger)
-        return write_change_report(wanted, records, lambda: former_rows(wanted.store, update), said, update.folder)
+def _compared(wanted: Prepared, update: Update, records: CurrentRecords) -> ChangesPage:
+    said = ChangesPage(
+        title=wanted.catalog.title, former=update.former, catalog=update.catalog, dates=(update.former_date, wanted.source().survey.date),
+        failed=tuple(f"{row.stage}-{row.unit}: {row.reason}" for row in failed_tasks(records)), retry=f"cityflow rerun {wanted.store.root} --failed",
+    )  # fmt: skip
+    return write_change_report(wanted, records, former_state(wanted.store, update), said, update.folder)
