@@ -53,6 +53,20 @@ def test_tin_follows_the_terrain_and_has_the_outlines_as_edges() -> None:
     assert len(tin.vertices) < 1500
 
 
+@pytest.mark.parametrize(("metres", "most"), [(0.6, 0.0), (12.0, 13 * 100.0)])
+def test_terrain_along_one_border_only_is_a_strip_or_nothing(metres: float, most: float) -> None:
+    """All vertices of the borders stand in one line then."""
+    strip = heights(GRID)
+    strip[:, GRID.x_centres() > metres] = np.nan
+    strip[(GRID.y_centres() > 90) | (GRID.y_centres() < 10)] = np.nan
+    tin = terrain_tin(GRID, strip, [], bounds=BOUNDS)
+    if not most:
+        assert not len(tin.triangles)
+    else:
+        assert area(tin).min() > 0
+        assert 0.5 * metres * 80 < area(tin).sum() < most
+
+
 def test_footprints_may_be_cut_out() -> None:
     tin = terrain_tin(GRID, heights(GRID), HOUSES, bounds=BOUNDS, cut_out=True)
     assert area(tin).sum() == pytest.approx(100 * 100 - sum(h.area for h in HOUSES))

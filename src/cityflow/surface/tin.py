@@ -71,6 +71,8 @@ def terrain_tin(
     rings = _lines_inside(outlines, grid, known, area)
     fixed = np.concatenate([border_vertices(grid, dtm, area, p), *rings]).round(VERTEX_DECIMALS)
     fixed = np.unique(fixed, axis=0)
+    if len(fixed) > 1:
+        fixed = _off_a_line(fixed, grid, known, area, p.least_spacing_m)
     if len(fixed) < 3:
         return Tin(np.empty((0, 3)), np.empty((0, 3), np.int64))
     xy = _insert(grid, dtm, area, fixed, rings, p)
@@ -85,6 +87,22 @@ def terrain_tin(
     xy = xy[used]
     z = sample(grid, dtm, xy[:, 0], xy[:, 1]).round(VERTEX_DECIMALS)
     return Tin(*without_pinches(np.column_stack([xy, z]), triangles.reshape(-1, 3).astype(np.int64)))
+
+
+def _off_a_line(fixed: FloatArray, grid: Grid, known: BoolArray, bounds: Bounds, least_m: float) -> FloatArray:
+    """Vertices that span a surface: where all stand in one line (terrain along one border only), with the cell furthest from it; none where no cell
+    is `least_m` away."""
+    along = fixed[-1] - fixed[0]
+    normal = np.array([-along[1], along[0]]) / np.hypot(*along)
+    if np.abs((fixed - fixed[0]) @ normal).max() >= least_m:
+        return fixed
+    x, y = grid.centres()
+    inner = known & (x > bounds[0]) & (x < bounds[2]) & (y > bounds[1]) & (y < bounds[3])
+    cells = np.column_stack([x[inner], y[inner]])
+    away = np.abs((cells - fixed[0]) @ normal)
+    if not len(cells) or away.max() < least_m:
+        return fixed[:0]
+    return np.unique(np.concatenate([fixed, cells[[np.argmax(away)]]]), axis=0)
 
 
 def _ranks(xy: FloatArray, outlines: Sequence[Polygon], bounds: Bounds) -> IntArray:
