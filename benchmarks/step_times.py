@@ -41,7 +41,7 @@ class Step:
 
 
 @dataclass
-class StepTimes(event.Listener):
+class StepTimes(event.Listener):  # type: ignore[misc]
     """Times of steps, as long as `watched` is open.
 
     Attributes
