@@ -69,6 +69,29 @@ def test_a_kernel_is_compiled_anew_where_one_that_it_calls_has_changed(
         assert loaded(tmp_path) == (2 * (1 + step) + more, kept)
 
 
+def test_a_kernel_is_compiled_anew_where_an_intrinsic_that_it_calls_has_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    for name in ("called", "caller"):
+        monkeypatch.setitem(sys.modules, name, None)
+    head = "from cityflow.core.kernels import njit\n"
+    (tmp_path / "caller.py").write_text(
+        head + "from called import more\n\n@njit(cache=True)\ndef twice(x):\n    return 2 * more(x)\n"
+    )
+    called = """from numba.extending import intrinsic
+
+@intrinsic
+def more(typing, x):
+    def generate(context, builder, signature, args):
+        return builder.add(args[0], args[0].type({}))
+    return x(x), generate
+"""
+    for step, kept in ((1, 0), (1, 1), (5, 0)):
+        (tmp_path / "called.py").write_text(called.format(step))
+        assert loaded(tmp_path) == (2 * (1 + step), kept)
+
+
 @njit(cache=False)  # type: ignore[untyped-decorator]
 def halved(x: float, often: int, whole: bool) -> float:
     for _ in range(often):

@@ -127,6 +127,21 @@ def test_small_patches_go_and_large_ones_stay() -> None:
         assert np.mean(np.abs(everything - 15) < 0.5) > 0.5
 
 
+def test_large_disparities_are_found_like_small_ones() -> None:
+    """Far from the reference plane of a large image; 2,048 is beyond 16 bits when counted in sixteenths."""
+    right = texture(13)
+    disparity = np.where(np.arange(right.shape[1]) < COUNT + COLS // 2, 15, 16)
+    near, far = 32, 2032 + 32
+    found = {}
+    for end in (near, far):
+        partner = np.pad(right, ((0, 0), (COUNT, 0)), mode="edge")
+        everything = search_everywhere((end - 32, end))
+        reference = np.ascontiguousarray(moved(right, disparity)[:, COUNT : COUNT + COLS])
+        found[end] = matched_block(reference, partner, everything, sight_of(partner, -end), 0, P, SgmClock())
+    assert np.isfinite(found[near]).mean() > 0.8
+    np.testing.assert_allclose(found[far] - 2032, found[near], atol=1e-3)
+
+
 def test_the_clock_runs_only_forward() -> None:
     clock, right = SgmClock(), texture(7)
     matched_block(right[:, :COLS], right, EVERYTHING, sight_of(right), 0, P, clock)

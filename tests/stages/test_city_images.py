@@ -333,7 +333,7 @@ def test_what_images_were_matched_over_stands_when_less_is_asked_for(strip: Cata
     assert narrow < set(tiles_of_images(less))
 
 
-def test_smaller_tiles_have_the_same_masters_and_partners(whole: list[Task]) -> None:
+def test_smaller_tiles_have_the_same_reference_images_and_partners(whole: list[Task]) -> None:
     small = run_through(CitySource(CATALOG, parameters(50.0)))
 
     def pairs(tasks: list[Task]) -> set[tuple[str, ...]]:

@@ -155,7 +155,7 @@ def test_the_part_of_a_tile_is_cut_out(images: list[OrientedImage]) -> None:
 
 
 @pytest.mark.parametrize("noise_m", [0.05, 0.5])
-def test_what_nine_pixels_say_at_a_glance_is_what_they_say_one_by_one(noise_m: float) -> None:
+def test_what_nine_pixels_say_at_once_is_what_they_say_one_by_one(noise_m: float) -> None:
     """Depths near to every limit: alike, behind, before, beyond the reach, unknown, without a standard deviation."""
     rng = np.random.default_rng(3)
     shape, n = (60, 80), 6000

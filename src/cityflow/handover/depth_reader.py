@@ -29,7 +29,7 @@ class DepthInputs(TaskInputs):
     Attributes
     ----------
     maps : RUN-relative paths of all, sorted by flight tile;  wanted : of those whose points are wanted, the others are witnesses
-    bases : the images that they are of
+    references : the images that they are of
     bands : of the images
     witnesses : what refutes a depth
     """

@@ -70,7 +70,9 @@ def matched_block(
 def _without_speckles(disparity: Float32Array, speckle_px: int) -> Float32Array:
     if speckle_px:
         known = np.isfinite(disparity)
-        steps = np.where(known, np.rint(disparity * SUB_STEPS), UNKNOWN).astype(np.int16)
+        # counted from the lowest: sixteenths of a disparity beyond 2,047 do not fit in 16 bits
+        lowest = np.floor(np.min(disparity, where=known, initial=np.inf)) if known.any() else 0.0
+        steps = np.where(known, np.rint(disparity * SUB_STEPS) - lowest * SUB_STEPS, UNKNOWN).astype(np.int16)
         cv2.filterSpeckles(steps, UNKNOWN, speckle_px, SUB_STEPS)
         disparity[steps == UNKNOWN] = np.nan
     return disparity

@@ -107,7 +107,7 @@ def _averaged(disparity, radius, near):  # type: ignore[no-untyped-def]
     return out
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def _terms(reference, partner, disparity, highest):  # type: ignore[no-untyped-def]
     """Count, gradient, difference, and their products; all 0 where there is no disparity."""
     rows, cols = reference.shape
@@ -117,6 +117,7 @@ def _terms(reference, partner, disparity, highest):  # type: ignore[no-untyped-d
         for j in range(1, cols - 1):
             d = disparity[i, j]
             x = j + highest - d
+            # False with NaN, too
             if not (x >= 1.0 and x < wide - 3.0):
                 continue
             k = int(x)
