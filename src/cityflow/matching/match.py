@@ -57,7 +57,7 @@ class Matched:
     Attributes
     ----------
     pairs : what became of each partner; none where the reference image shows none of the cells
-    sgm_seconds : time inside the library's matcher
+    sgm_seconds : processor time of census, costs and paths
     points : name of the ground tile → pixels with a depth, of those that have one
     blocks : level → blocks that were matched
     """
