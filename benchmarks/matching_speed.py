@@ -68,7 +68,7 @@ def baseline_of(catalog: Catalog) -> float:
     for asset in assets[middle : middle + BASELINE_PAIRS + 1]:
         image = cv2.imread(asset.href, cv2.IMREAD_GRAYSCALE)
         assert image is not None, asset.href
-        grey.append(image)
+        grey.append(np.asarray(image, np.uint8))
     return plain_sgbm_seconds(list(pairwise(grey)), BASELINE_REPEATS)
 
 

@@ -167,7 +167,7 @@ def depth_figures(depth_map: DepthMap, truth: TrueView) -> dict[str, float]:
     error = (found - truth.depth) * truth.across / truth.gsd
     figures = {"known": float(np.isfinite(found).mean())}
     for name, judged in (("away", truth.ground_or_roof), ("walls", truth.wall)):
-        off = error[judged]
+        off = error[judged].astype(np.float64)
         known = off[np.isfinite(off)]
         figures |= {
             f"{name}_px": float(off.size), f"{name}_nmad": nmad(off), f"{name}_known": known.size / max(off.size, 1),

@@ -62,7 +62,7 @@ class GroundCells:
         """(N,) which of (N, 4) boxes (x_min, y_min, x_max, y_max), widened by a margin, meet the tile and a chosen cell; none with NaN does.
 
         >>> cells = GroundCells((0.0, 0.0, 30.0, 30.0), 20.0, ((0, 0), (1, 0)))
-        >>> cells.meets(np.array([[21.0, 21.0, 22.0, 22.0], [31.0, 5.0, 40.0, 9.0]]), 1.0).tolist()
+        >>> cells.meets(np.array([[21.0, 21.0, 22.0, 22.0], [32.0, 5.0, 40.0, 9.0]]), 1.0).tolist()
         [True, False]
         """
         x_0, y_0, x_1, y_1 = (boxes + np.array([-margin, -margin, margin, margin])).T
