@@ -30,7 +30,9 @@ def test_every_task_of_a_flight_but_files_lies_on_a_tile_and_all_tiles_are_close
 
     with Ledger.open(wanted.store) as ledger:
         records = walked(source, ledger, visit)
-    assert nowhere <= {"ingest", "frame", "export"}, "files, tiles of frames, and what joins the city"
+    assert nowhere <= {"ingest", "match", "frame", "export"}, (
+        "files, reference images, tiles of frames, and what joins the city"
+    )
     places = news.changed_places()
     assert set(records.units("export")) & set(source.city.tiles) <= {name for name, n in places.items() if n[3]}
     assert sum(n[0] for n in places.values()) > len(records.units("texture"))

@@ -205,7 +205,7 @@ def _hear(asked: _Asked, other: Witness, view: _View, p: WitnessParameters, spea
     gsd = AGREEMENT_GSD / camera.fx
     rasters = (other.depth, other.sigma, other.views, other.exact)
     limits = (AGREEMENT_SIGMAS, gsd, p.reach_m)
-    _weigh(places, (*lens, other.row, other.col), depth, aside, asked.sigma[at], rasters, limits, at, speaking)
+    _weigh((places, depth, aside), (*lens, other.row, other.col), asked.sigma[at], rasters, limits, at, speaking)
 
 
 @njit(cache=True, nogil=True)
@@ -231,12 +231,14 @@ def _in_view(xyz, rotation, centre, limits):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _weigh(places, lens, depth, aside, sigma, rasters, limits, at, speaking):  # type: ignore[no-untyped-def]
+def _weigh(points, lens, sigma, rasters, limits, at, speaking):  # type: ignore[no-untyped-def]
     """A witness looks through a point where it is seen further off in the point's pixel and all around it that are known.
 
     Mostly all nine pixels are alike, behind or before beyond any doubt of rounding: that is seen by their extremes, without a branch for each.
-    `lens` leads from places to image coordinates: focal lengths, principal point, and the pixel where the rasters begin.
+    `points` are their places, depths, and distances in plan. `lens` leads from places to image coordinates: focal lengths, principal point, and the
+    pixel where the rasters begin.
     """
+    places, depth, aside = points
     fx, fy, cx, cy, top, left = lens
     their_depth, their_sigma, their_views, exact = rasters
     sigmas, gsd, reach = limits
