@@ -169,7 +169,7 @@ def test_what_nine_pixels_say_at_once_is_what_they_say_one_by_one(noise_m: float
     limits, lens = (3.0, 0.003, 3.0), (1.0, 1.0, 0.0, 0.0, 0, 0)
     for exact in (True, False):
         found, rasters = np.zeros(n, np.int64), (depth, sigma, views, exact)
-        witnesses._weigh(places, lens, far, aside, own, rasters, limits, at, found)
+        witnesses._weigh((places, far, aside), lens, own, rasters, limits, at, found)
         row, col = np.floor(places[:, 1]).astype(int), np.floor(places[:, 0]).astype(int)
         seen = (row >= 0) & (col >= 0) & (row < 60) & (col < 80)
         seen[seen] = np.isfinite(depth[row[seen], col[seen]])
