@@ -37,10 +37,9 @@ class SgmParameters(Parameters):
 
 @dataclass
 class SgmClock:
-    """Processor seconds and work inside the matcher; `searched`: disparities of all pixels."""
+    """Processor seconds inside the matcher."""
 
     seconds: float = 0.0
-    searched: int = 0
 
 
 def matched_block(
@@ -62,7 +61,6 @@ def matched_block(
         census(reference), census(partner), sight.first, chunks, reference, penalties, eight=parameters.eight_paths
     )
     clock.seconds += time.process_time() - begin
-    clock.searched += 16 * int(chunks.start[-1])
     disparity = search.inside(shifts, sight)
     return _without_speckles(disparity, max(parameters.speckle_px >> level, 8) if parameters.speckle_px else 0)
 
