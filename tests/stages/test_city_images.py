@@ -16,6 +16,8 @@ from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.flow.draft import Draft
 from cityflow.flow.task import Record, Task
+from cityflow.handover.fused import FUSED
+from cityflow.handover.vote_files import VOTES
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset, OutlineAsset
 from cityflow.orientation.views import View, footprint
 from cityflow.pipeline.city_source import CitySource
@@ -54,6 +56,8 @@ def record_of(task: Task, failed: Sequence[str] = ()) -> Record:
     if task.stage in ("outline", "units"):
         result["units"] = [_entry(task)]
     outputs = {f"work/{task.stage}/{task.unit}/out": f"{task.stage} {task.unit}"}
+    if task.stage == "fuse":
+        outputs = {f"work/fuse/{task.unit}/{name}": f"{name} {task.unit}" for name in (FUSED, VOTES)}
     if task.stage == "match":
         # what an image leaves of a tile does not depend on what else is asked for
         name = task.arguments["reference"]
@@ -400,12 +404,12 @@ def test_a_frame_is_coloured_by_all_that_is_matched_for_it_also_by_the_images_of
     chosen = [a.name for a in CATALOG.images if a.name.endswith("_right")][10:13]
     images = tuple(turned(a) if a.name in chosen else a for a in CATALOG.images)
     source = CitySource(replace(CATALOG, images=images), parameters())
-    frames = [t for t in run_through(source) if t.stage == "frame" and t.arguments["depths"]["wanted"]]
+    frames = [t for t in run_through(source) if t.stage == "frame" and t.arguments["depths"]["maps"]]
     survey = source.survey.images
     assert any(len(f.images) < 5 for f in survey.frames)
     joined = {n for f in survey.frames if len(f.images) < 5 for n in f.images}
-    bases = {path.split("/")[2] for t in frames for path in t.arguments["depths"]["wanted"]}
+    bases = {path.split("/")[2] for t in frames for path in t.arguments["depths"]["maps"]}
     assert joined & bases
     for task in frames:
-        wanted = {path.split("/")[2] for path in task.arguments["depths"]["wanted"]}
+        wanted = {path.split("/")[2] for path in task.arguments["depths"]["maps"]}
         assert wanted <= set(task.arguments["colours"]["pixels"])

@@ -148,7 +148,7 @@ def test_the_part_of_a_tile_is_cut_out(images: list[OrientedImage]) -> None:
     )  # fmt: skip
     words = words_for([Witness.of(images[0], [part])], AROUND, WitnessParameters())
     assert words["nadir0"].count.shape == (50, 80)
-    kept = without_refuted(part, words)
+    kept = without_refuted(part, words["nadir0"].over(part))
     inside = asked(images[0], made)[40:90, 50:130]
     assert np.array_equal(np.isfinite(kept.depth), inside)
     assert (kept.views[inside] == 2).all()
@@ -179,14 +179,3 @@ def test_what_nine_pixels_say_at_once_is_what_they_say_one_by_one(noise_m: float
         assert found.tolist() == expected
         assert len(set(expected)) > 8
         sigma[rng.random(shape) < 0.1] = np.nan
-
-
-def test_words_about_a_place_are_those_of_all(images: list[OrientedImage]) -> None:
-    maps = {i.name: [depth_map(i)] for i in images[:3]}
-    seen = [Witness.of(i, maps[i.name]) for i in images[:3]]
-    every = words_for(seen, AROUND, WitnessParameters())
-    some = words_for(seen, AROUND, WitnessParameters(), place=lambda xyz: xyz[:, 0] > 2.0)
-    for image in images[:3]:
-        east = (points_of(maps[image.name][0], image).xyz[:, 0] > 2.0).reshape(every[image.name].count.shape)
-        assert 0 < east.sum() < east.size
-        np.testing.assert_array_equal(some[image.name].count, np.where(east, every[image.name].count, 0))

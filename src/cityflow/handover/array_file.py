@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -31,8 +31,14 @@ def encode_arrays(arrays: Mapping[str, NDArray[Any]], attributes: Mapping[str, A
     return MAGIC + struct.pack("<I", len(text)) + text + b"".join(blocks)
 
 
-def decode_arrays(data: bytes, without: Collection[str] = ()) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Writable arrays by name but those in `without`, and their attributes.
+def decode_arrays(
+    data: bytes, wanted: Callable[[str], bool] = lambda _: True
+) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Writable arrays by name, and their attributes.
+
+    Parameters
+    ----------
+    wanted : tells from its name whether an array is wanted; the others are not decoded
 
     Raises
     ------
@@ -46,7 +52,7 @@ def decode_arrays(data: bytes, without: Collection[str] = ()) -> tuple[dict[str,
     header = json.loads(data[start : start + length])
     place, arrays = start + length, {}
     for name, (dtype, shape, size) in header["arrays"].items():
-        if name not in without:
+        if wanted(name):
             arrays[name] = _array(data[place : place + size], dtype, shape)
         place += size
     return arrays, header["said"]

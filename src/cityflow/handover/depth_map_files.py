@@ -38,7 +38,7 @@ def decode_depth_map(data: bytes, *, colour: bool = True) -> DepthMap:
     CityflowError
         These are other bytes.
     """
-    layers, attributes = decode_arrays(data, () if colour else ("colour",))
+    layers, attributes = decode_arrays(data, lambda name: colour or name != "colour")
     return DepthMap(
         attributes["image"], int(attributes["row"]), int(attributes["col"]), layers["depth"], layers["sigma"].astype(np.float32),
         layers["views"], layers.get("colour", NO_COLOUR),

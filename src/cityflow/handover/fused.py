@@ -12,6 +12,7 @@ from cityflow.handover.array_file import decode_arrays, encode_arrays
 from cityflow.surface.fuse import Fused
 from cityflow.surface.fused_tile import FusedTile
 
+FUSED = "fused.cfa"
 UNMATCHED = "without the depths of {}"
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.arrays import Float32Array
 from cityflow.core.building import Status
+from cityflow.core.camera import OrientedImage
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.local_frame import LocalFrame
@@ -19,26 +20,27 @@ from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.colour_images import ColourInputs
-from cityflow.handover.depth_reader import DepthInputs, DepthReader
+from cityflow.handover.depth_reader import CheckedInputs, checked_points, within
 from cityflow.handover.field_types import FrameField
 from cityflow.handover.layer_files import store_layers, store_ortho
 from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
+from cityflow.surface.ortho_reach import hiding_reach
 from cityflow.surface.ortho_visibility import BlockingSurface
 from cityflow.surface.true_ortho import OrthoParameters, true_ortho
 from cityflow.survey.city import City
 from cityflow.survey.colours import ColourSources, colour_sources
-from cityflow.survey.depths import DepthSources, depth_sources, flight_tiles_over, matches_over, reach_of
+from cityflow.survey.depths import CheckedSources, checked_over, checked_sources, flight_tiles_over
 from cityflow.survey.recipe import Recipe, draft_by, task_by
 from cityflow.survey.results import Results
 from cityflow.survey.surface_source import FRAMES, IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "frame"
-VERSION = 5
+VERSION = 6
 EMPTY = "no image of this direction has depths here"
 EVERYWHERE: Bounds = (-np.inf, -np.inf, np.inf, np.inf)
 ROUNDED_M = 1e-3
-"""Witnesses are asked about points so far beyond: far more than a place is rounded by."""
+"""Points are read so far beyond: far more than a place is rounded by."""
 
 
 class FrameParameters(Parameters):
@@ -59,7 +61,7 @@ class FrameInputs(TaskInputs):
     colours : the images that show it, oriented in the world
     """
 
-    depths: DepthInputs
+    depths: CheckedInputs
     frame: FrameField
     bounds: Bounds
     grid: Grid
@@ -77,7 +79,7 @@ class FrameRecipe(Recipe):
     frame, bounds, grid : as in `FrameInputs`
     """
 
-    depths: DepthSources
+    depths: CheckedSources
     seen: Mapping[str, tuple[str, ...]]
     colours: ColourSources
     frame: LocalFrame
@@ -89,9 +91,8 @@ class FrameRecipe(Recipe):
         return [*self.depths.reads, *(("ingest", n) for n in self.colours.digests)]
 
     def task(self, results: Results) -> Task:
-        maps = self.depths.maps(results)
-        own = {u: images for u, images in self.seen.items() if u in maps}
-        inputs, depths = self.depths.inputs(results, own.__contains__)
+        inputs, depths = self.depths.inputs(results)
+        own = {u: images for u, images in self.seen.items() if f"depths {u}" in inputs}
         # a small cluster's images may be reference images for a larger one that looks nearly the same way
         shown_here = {*self.frame.images, *(images[0] for images in own.values())}
         seen = sorted({n for images in own.values() for n in images} & shown_here)
@@ -100,7 +101,7 @@ class FrameRecipe(Recipe):
         return replace(
             self.base,
             inputs={
-                **inputs, "wanted": digest_of(sorted(own)),
+                **inputs,
                 **{f"image {n}": results.digest_of("ingest", n) for n in colours.names},
                 "views": digest_of(self.colours.digests_of(colours.names)),
                 "frame": digest_of([given["frame"], self.grid.bounds, self.grid.cell]),
@@ -124,33 +125,23 @@ def recipe(survey: Survey, unit: str) -> FrameRecipe:
         parameters=as_json(survey.parameters_of(NAME, unit, asked)), limits=survey.limits(NAME), in_place=True,
         shared={views.path: views.text},
     )  # fmt: skip
-    depths = depth_sources(survey, ground_around(survey, unit))
+    depths = checked_sources(survey, (f for f in over if f.name in seen))
     return FrameRecipe(base, depths, seen, colours, place.frame, place.tile.bounds, images.tilted.grid(place.frame))
-
-
-def ground_around(survey: Survey, unit: str) -> list[str]:
-    """Ground tiles whose depth maps a local frame's tile needs: those that it looks at, and what looks past their points."""
-    reach = reach_of(survey, 0.0)
-    found = {n for t in survey.images.tilted.tiles[unit].ground_tiles for n in survey.lattice.near(t, reach)}
-    return [n for n in survey.lattice.tiles if n in found]
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Turn points and images into the local frame, then fuse and colour as for the world."""
     given, parameters = task.arguments_as(FrameInputs), task.parameters_as(FrameParameters)
     frame, fusing, cell_m = given.frame, parameters.fuse, given.grid.cell
-    around = grown(given.bounds, max(fusing.reach_m(cell_m), parameters.ortho.halo_m))
-    core, wide = Grid.covering(given.bounds, cell_m), Grid.covering(around, cell_m)
-    points = _in_frame(workspace.store, given, wide.bounds)
-    if not len(points) or not given.colours.names:
+    shown = given.colours.opened(workspace.store)
+    points, reach_m = _in_frame(workspace.store, given, [i.image for i in shown], parameters)
+    if not len(points) or not shown:
         return workspace.outcome(Status.DONE, EMPTY, {"digest": "empty", "points": 0})
+    core, wide = Grid.covering(given.bounds, cell_m), Grid.covering(grown(given.bounds, reach_m), cell_m)
     fused = fuse(points, wide, fusing)
     whole_surface = fill_steps(fused, fusing).astype(np.float32)
     part = wide.slices(core)
-    images = [
-        replace(i, image=i.image.rotated(frame.frame_from_world, frame.origin))
-        for i in given.colours.opened(workspace.store)
-    ]
+    images = [replace(i, image=i.image.rotated(frame.frame_from_world, frame.origin)) for i in shown]
     made = true_ortho(core, whole_surface[part], BlockingSurface(wide, whole_surface), images, parameters.ortho)
     zarr, whole = f"{FRAMES}/{frame.name}", given.grid
     digest = store_layers(workspace, zarr, whole, core, _layers(fused, whole_surface, part))
@@ -160,17 +151,22 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     )
 
 
-def _in_frame(store: Store, given: FrameInputs, bounds: Bounds) -> ImagePoints:
-    """The points of the depth maps that stand over `bounds` of the local frame, in that frame."""
-    to_frame, origin, wide = given.frame.frame_from_world, given.frame.origin, grown(bounds, ROUNDED_M)
-    reader = DepthReader(store, given.depths, EVERYWHERE, lambda xyz: _stands_in((xyz - origin) @ to_frame.T, wide))
-    points = reader(EVERYWHERE).rotated(to_frame, origin)
-    return points.take(_stands_in(points.xyz, bounds))
-
-
-def _stands_in(xyz: FloatArray, bounds: Bounds) -> BoolArray:
-    x, y = xyz[:, 0], xyz[:, 1]
-    return np.asarray((x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3]))
+def _in_frame(
+    store: Store, given: FrameInputs, images: Sequence[OrientedImage], p: FrameParameters
+) -> tuple[ImagePoints, float]:
+    """The points over the tile, with all that can hide it from the images, in the frame; and how far around, metres."""
+    frame, least_m = given.frame, p.fuse.reach_m(given.grid.cell)
+    widest = grown(given.bounds, max(least_m, p.ortho.halo_m) + given.grid.cell)
+    reader = checked_points(store, given.depths, lambda xyz: within(frame.from_world(xyz), grown(widest, ROUNDED_M)))
+    world = reader(EVERYWHERE)
+    points = world.rotated(frame.frame_from_world, frame.origin)
+    own = within(points.xyz, given.bounds)
+    if not own.any():
+        return points.take(own), least_m
+    heights = float(world.xyz[own, 2].min()), float(world.xyz[:, 2].max())
+    hiding_m = hiding_reach(images, frame, given.bounds, heights)
+    reach_m = max(least_m, min(hiding_m, p.ortho.halo_m))
+    return points.take(within(points.xyz, grown(given.bounds, reach_m + given.grid.cell))), reach_m
 
 
 def _layers(fused: Fused, surface: Float32Array, part: tuple[slice, slice]) -> dict[str, np.ndarray]:
@@ -181,8 +177,8 @@ def _layers(fused: Fused, surface: Float32Array, part: tuple[slice, slice]) -> d
     }  # fmt: skip
 
 
-def _depth_maps(city: City, unit: str) -> Iterable[Node]:
-    return matches_over(city.survey, ground_around(city.survey, unit))
+def _points(city: City, unit: str) -> Iterable[Node]:
+    return checked_over(city.survey, city.survey.images.tilted.tiles[unit].ground_tiles)
 
 
 def _starts(city: City, ended: Node) -> Iterable[str]:
@@ -196,7 +192,7 @@ STAGE = Stage(
     name=NAME,
     unit="tile of a local reference frame",
     text="depth maps of one cluster of oblique views → tilted DSM, true oblique ortho, on the frame's own grid",
-    needs=(_depth_maps,),
+    needs=(_points,),
     task=task_by(recipe),
     draft=draft_by(recipe),
     starts=_starts,

@@ -13,19 +13,20 @@ from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.depth_reader import DepthInputs, DepthReader
-from cityflow.handover.fused import UNMATCHED, encode_fused
+from cityflow.handover.depth_map_files import depth_map_name
+from cityflow.handover.depth_reader import DepthInputs, compared
+from cityflow.handover.fused import FUSED, UNMATCHED, encode_fused
+from cityflow.handover.vote_files import VOTES, encode_votes
 from cityflow.surface.fuse import FuseParameters
 from cityflow.surface.fused_tile import fused_tile
 from cityflow.survey.city import City
-from cityflow.survey.depths import MATCH, DepthSources, depth_sources, flight_tiles_over, matches_over, reach_of
+from cityflow.survey.depths import MATCH, DepthSources, depth_sources, flight_tiles_over, matches_over
 from cityflow.survey.recipe import Recipe, draft_by, task_by
 from cityflow.survey.results import Results
 from cityflow.survey.survey import Survey
 
 NAME = "fuse"
-VERSION = 3
-FUSED = "fused.cfa"
+VERSION = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,11 +87,13 @@ def recipe(survey: Survey, name: str) -> FuseRecipe:
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
-    """Fuse, and keep heights, precision and colours for whoever needs the surface of this tile."""
+    """Fuse, and keep heights, precision and colours for whoever needs the surface of this tile; and the votes for its depths."""
     given, parameters = task.arguments_as(FuseInputs), task.parameters_as(FuseParameters)
     reach = parameters.reach_m(given.cell_m) + 2 * given.cell_m * given.factor
-    reader = DepthReader(workspace.store, given.depths, grown(given.bounds, reach))
-    made = fused_tile(reader, given.bounds, given.cell_m, given.factor, parameters)
+    depths = compared(workspace.store, given.depths, grown(given.bounds, reach))
+    own = f"/{depth_map_name(task.unit)}"
+    workspace.write(VOTES, encode_votes(dict(v for path, v in depths.votes.items() if path.endswith(own))))
+    made = fused_tile(depths.points, given.bounds, given.cell_m, given.factor, parameters)
     workspace.write(FUSED, encode_fused(made))
     status, reason = (Status.DEGRADED, UNMATCHED.format(", ".join(given.failed))) if given.failed else (Status.DONE, "")
     seen = np.isfinite(made.surface.dsm)
@@ -100,8 +103,9 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 
 def _tiles_around(survey: Survey, name: str) -> list[str]:
     """Tiles whose depth maps may have points in this one, or look past them."""
-    own = survey.parameters.image_surface.fuse.reach_m(survey.lattice.product_grid.cell)
-    return survey.lattice.near(name, reach_of(survey, own))
+    surface = survey.parameters.image_surface
+    reach_m = surface.fuse.reach_m(survey.lattice.product_grid.cell)
+    return survey.lattice.near(name, reach_m + surface.witnesses.reach_m)
 
 
 def _depth_maps(city: City, name: str) -> Iterable[Node]:
@@ -112,8 +116,8 @@ STAGE = Stage(
     name=NAME,
     unit="ground tile",
     text=(
-        "depth maps of the tile and its rim, less the depths that other depth maps look through → one surface at the images' resolution, with "
-        "precision and colour"
+        "depth maps of the tile and its rim, compared with all that look there → votes for each depth of the tile; of those that no others look "
+        "through, one surface at the images' resolution, with precision and colour"
     ),
     needs=(_depth_maps,),
     task=task_by(recipe),

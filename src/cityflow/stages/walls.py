@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 
 from cityflow.core.grid import Bounds, grown
 from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.depth_reader import DepthInputs, DepthReader
+from cityflow.handover.depth_reader import CheckedInputs, checked_points, within
 from cityflow.handover.wall_point_files import encode_walls
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.survey.city import City
-from cityflow.survey.depths import DepthSources, depth_sources, matches_over, reach_of
+from cityflow.survey.depths import CheckedSources, checked_over, checked_sources, flight_tiles_over
 from cityflow.survey.recipe import Recipe, draft_by, task_by
 from cityflow.survey.results import Results
 from cityflow.survey.survey import Survey
 
 NAME = "walls"
-VERSION = 2
+VERSION = 3
 WALLS = "walls.cfa"
 
 
@@ -28,7 +29,7 @@ WALLS = "walls.cfa"
 class WallInputs(TaskInputs):
     """Where the depth maps are; `bounds` of the tile in metres."""
 
-    depths: DepthInputs
+    depths: CheckedInputs
     bounds: Bounds
 
 
@@ -36,7 +37,7 @@ class WallInputs(TaskInputs):
 class WallRecipe(Recipe):
     """The wall points of one tile within `bounds`."""
 
-    depths: DepthSources
+    depths: CheckedSources
     bounds: Bounds
 
     @property
@@ -49,37 +50,38 @@ class WallRecipe(Recipe):
 
 
 def recipe(survey: Survey, name: str) -> WallRecipe:
-    """The wall points of one tile, from the depth maps of the tile, its rim, and what else looks there."""
+    """The wall points of one tile, from the depth maps of the tile and its rim."""
     base = Task(
         NAME, name, "cityflow.stages.walls:run", VERSION,
         parameters=as_json(survey.parameters_of(NAME, name, survey.wall_parameters)), limits=survey.limits(NAME),
     )  # fmt: skip
-    return WallRecipe(base, depth_sources(survey, _tiles_around(survey, name)), survey.lattice.tiles[name].bounds)
+    points = checked_sources(survey, flight_tiles_over(survey, _tiles_around(survey, name)))
+    return WallRecipe(base, points, survey.lattice.tiles[name].bounds)
 
 
 def _tiles_around(survey: Survey, name: str) -> list[str]:
-    return survey.lattice.near(name, reach_of(survey, survey.wall_parameters.halo_m))
+    return survey.lattice.near(name, survey.wall_parameters.halo_m)
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Find them with the rim, and keep those of the tile."""
     given, parameters = task.arguments_as(WallInputs), task.parameters_as(WallPointParameters)
     around = grown(given.bounds, parameters.halo_m)
-    points = DepthReader(workspace.store, given.depths, around)(around)
+    points = checked_points(workspace.store, given.depths, partial(within, bounds=around))(around)
     found = find_wall_points(points, parameters).within(given.bounds)
     workspace.write(WALLS, encode_walls(found))
     return workspace.outcome(result={"points": len(points), "wall_points": len(found)})
 
 
-def _depth_maps(city: City, name: str) -> Iterable[Node]:
-    return matches_over(city.survey, _tiles_around(city.survey, name))
+def _points(city: City, name: str) -> Iterable[Node]:
+    return checked_over(city.survey, _tiles_around(city.survey, name))
 
 
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
     text="depth maps → points on façades, with the side that they are seen from",
-    needs=(_depth_maps,),
+    needs=(_points,),
     task=task_by(recipe),
     draft=draft_by(recipe),
     parameters=(WallPointParameters,),

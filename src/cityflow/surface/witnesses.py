@@ -8,16 +8,16 @@ stands in front of a point only hides it and says nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
 
-from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
-from cityflow.core.depth_map import DepthMap
+from cityflow.core.depth_map import DepthMap, world_points
 from cityflow.core.grid import Bounds
 from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
@@ -34,9 +34,6 @@ AGREEMENT_GSD = 3.0
 
 SURELY = 0.999999
 """What is nearer to a limit than this is computed in full: far more than float32 rounds."""
-
-Place = Callable[[FloatArray], BoolArray]
-"""Which of (N, 3) world points are asked about."""
 
 
 class WitnessParameters(Parameters):
@@ -103,6 +100,12 @@ class Words:
     col: int
     count: ByteArray
 
+    def over(self, depth_map: DepthMap) -> ByteArray:
+        """(h, w) those for a depth map of the image, which lies within."""
+        row, col = depth_map.row - self.row, depth_map.col - self.col
+        height, width = depth_map.depth.shape
+        return self.count[row : row + height, col : col + width]
+
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
@@ -113,34 +116,24 @@ class _Asked:
     sigma: Float32Array
 
 
-def words_for(
-    witnesses: Sequence[Witness], around: Bounds, parameters: WitnessParameters, names: Collection[str] | None = None,
-    place: Place | None = None,
-) -> dict[str, Words]:  # fmt: skip
-    """Number of votes for each depth.
+def words_for(witnesses: Sequence[Witness], around: Bounds, parameters: WitnessParameters) -> dict[str, Words]:
+    """Number of votes for each depth, by image.
 
     Parameters
     ----------
     witnesses : one for each image, in any order, with all depths within `reach_m` of `around`
     around : only depths whose points stand here are asked about
-    names : of the images that are asked about; without them all
-    place : only depths whose points stand there are asked about; None: wherever they are in `around`
     """
     limits = {w.image.name: _limits(w) for w in witnesses}
-    asked = [w for w in witnesses if names is None or w.image.name in names]
-    found = ((w, _points(w, around, place)) for w in asked)
+    found = ((w, _points(w, around)) for w in witnesses)
     return {w.image.name: Words(w.row, w.col, _words(w, points, witnesses, limits, parameters)) for w, points in found}
 
 
-def without_refuted(depth_map: DepthMap, words: Mapping[str, Words]) -> DepthMap:
-    """The depth map with the words for each depth as `views`, and no depth where there are none."""
-    counts = words[depth_map.image]
-    row, col = depth_map.row - counts.row, depth_map.col - counts.col
-    height, width = depth_map.depth.shape
-    found = counts.count[row : row + height, col : col + width]
-    kept = np.isfinite(depth_map.depth) & (found > 0)
+def without_refuted(depth_map: DepthMap, words: ByteArray) -> DepthMap:
+    """The depth map with the (h, w) words for each depth as `views`, and no depth where there are none."""
+    kept = np.isfinite(depth_map.depth) & (words > 0)
     depth, sigma = (np.where(kept, v, np.float32(np.nan)) for v in (depth_map.depth, depth_map.sigma))
-    return replace(depth_map, depth=depth, sigma=sigma, views=np.where(kept, found, np.uint8(0)))
+    return replace(depth_map, depth=depth, sigma=sigma, views=np.where(kept, words, np.uint8(0)))
 
 
 def _words(
@@ -157,17 +150,12 @@ def _words(
     return words.reshape(own.depth.shape)
 
 
-def _points(own: Witness, around: Bounds, place: Place | None) -> _Asked:
-    rows, cols = np.nonzero(np.isfinite(own.depth))
-    depth = own.depth[rows, cols].astype(np.float64)
-    rays = own.image.rays(np.column_stack([cols + own.col + 0.5, rows + own.row + 0.5]))
-    xyz = own.image.centre + depth[:, None] * rays
+def _points(own: Witness, around: Bounds) -> _Asked:
+    pixel, xyz = world_points(own.depth, (own.row, own.col), own.image)
     x_min, y_min, x_max, y_max = around
     inside = (xyz[:, 0] >= x_min) & (xyz[:, 0] < x_max) & (xyz[:, 1] >= y_min) & (xyz[:, 1] < y_max)
-    if place is not None:
-        inside &= place(xyz)
-    pixel = rows[inside] * own.depth.shape[1] + cols[inside]
-    return _Asked(pixel, xyz[inside], own.sigma[rows[inside], cols[inside]])
+    pixel = pixel[inside]
+    return _Asked(pixel, xyz[inside], own.sigma.ravel()[pixel])
 
 
 class _View(NamedTuple):

@@ -1,8 +1,8 @@
-"""Depth maps that a task reads, and their distance from its place."""
+"""Depth maps that a task compares, and points of them that a task reads."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,19 +11,15 @@ from cityflow.flow.stage import Node
 from cityflow.flow.task import digest_of
 from cityflow.flow.typed import as_json
 from cityflow.handover.depth_map_files import depth_map_name
-from cityflow.handover.depth_reader import VERSION, DepthInputs
+from cityflow.handover.depth_reader import VERSION, CheckedInputs, DepthInputs
 from cityflow.handover.oriented import to_json
+from cityflow.handover.vote_files import VOTES
 from cityflow.orientation.flight_plan import FlightTile
 from cityflow.surface.witnesses import WitnessParameters
 from cityflow.survey.results import Results
 from cityflow.survey.survey import Survey
 
-MATCH = "match"
-
-
-def reach_of(survey: Survey, reach_m: float) -> float:
-    """How far around its place a stage needs depth maps that makes something of the points within `reach_m`, metres."""
-    return reach_m + survey.parameters.image_surface.witnesses.reach_m
+MATCH, FUSE = "match", "fuse"
 
 
 class DepthPart(NamedTuple):
@@ -36,7 +32,7 @@ class DepthPart(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DepthSources:
-    """Which depth maps a task reads, before it is known which of them there are.
+    """Which depth maps a task compares, before it is known which of them there are.
 
     Attributes
     ----------
@@ -55,41 +51,77 @@ class DepthSources:
     def reads(self) -> list[Node]:
         return list(dict.fromkeys((MATCH, part.unit) for part in self.parts.values()))
 
-    def maps(self, results: Results) -> dict[str, tuple[str, str]]:
-        """Flight tile → path and digest of the depth map, of those that left one."""
-        found = {f: results.output_of(MATCH, p.unit, depth_map_name(p.tile)) for f, p in self.parts.items()}
-        return {f: left for f, left in found.items() if left is not None}
-
-    def inputs(self, results: Results, only: Callable[[str], bool] | None = None) -> tuple[dict[str, str], DepthInputs]:
-        """Digests of what the task reads, and where it is. An image that is matched over more ground leaves the same digests over the old.
-
-        Parameters
-        ----------
-        only : which flight tiles' points are wanted; the others are witnesses. Without it all are
-        """
-        maps = self.maps(results)
+    def inputs(self, results: Results) -> tuple[dict[str, str], DepthInputs]:
+        """Digests of what the task reads, and where it is. An image that is matched over more ground leaves the same digests over the old."""
+        maps = _maps(self.parts, results)
         images = [self.images[n] for n in sorted({self.parts[f].reference for f in maps})]
-        wanted = tuple(path for f, (path, _) in maps.items() if only is None or only(f))
         inputs = {
-            **{f"depths {f}": digest for f, (_, digest) in maps.items()}, "poses": digest_of({i.name: to_json(i) for i in images}),
+            **{f"depths {f}": digest for f, (_, digest) in maps.items()}, "poses": _digest_of_poses(images),
             "witnesses": digest_of([VERSION, as_json(self.witnesses)]),
         }  # fmt: skip
         paths = tuple(path for path, _ in maps.values())
-        return inputs, DepthInputs(paths, wanted, tuple(images), self.bands, self.witnesses)
+        return inputs, DepthInputs(paths, tuple(images), self.bands, self.witnesses)
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedSources:
+    """Which points of images a task reads, before it is known which of them there are.
+
+    Attributes
+    ----------
+    parts : flight tile → its depth map, sorted;  images : the reference images
+    bands : of the images
+    """
+
+    parts: Mapping[str, DepthPart]
+    images: Mapping[str, OrientedImage]
+    bands: int
+
+    @property
+    def reads(self) -> list[Node]:
+        compared = dict.fromkeys((FUSE, part.tile) for part in self.parts.values())
+        return [*compared, *dict.fromkeys((MATCH, part.unit) for part in self.parts.values())]
+
+    def inputs(self, results: Results) -> tuple[dict[str, str], CheckedInputs]:
+        """Digests of what the task reads, and where it is; of a tile whose depths could not be compared, nothing."""
+        votes = {t: results.output_of(FUSE, t, VOTES) for t in dict.fromkeys(p.tile for p in self.parts.values())}
+        there = {t: left for t, left in votes.items() if left is not None}
+        maps = _maps({f: p for f, p in self.parts.items() if p.tile in there}, results)
+        tiles = {f: self.parts[f].tile for f in maps}
+        images = [self.images[n] for n in sorted({self.parts[f].reference for f in maps})]
+        inputs = {
+            **{f"depths {f}": digest for f, (_, digest) in maps.items()}, "poses": _digest_of_poses(images),
+            **{f"votes {t}": there[t][1] for t in dict.fromkeys(tiles.values())},
+        }  # fmt: skip
+        paths = tuple(path for path, _ in maps.values())
+        return inputs, CheckedInputs(paths, tuple(there[t][0] for t in tiles.values()), tuple(images), self.bands)
+
+
+def _maps(parts: Mapping[str, DepthPart], results: Results) -> dict[str, tuple[str, str]]:
+    """Flight tile → path and digest of the depth map, of those that left one."""
+    found = {f: results.output_of(MATCH, p.unit, depth_map_name(p.tile)) for f, p in parts.items()}
+    return {f: left for f, left in found.items() if left is not None}
+
+
+def _digest_of_poses(images: Iterable[OrientedImage]) -> str:
+    return digest_of({i.name: to_json(i) for i in images})
 
 
 def depth_sources(survey: Survey, tiles: Iterable[str]) -> DepthSources:
-    """What a task reads that wants the points over tiles.
-
-    Parameters
-    ----------
-    tiles : those whose points are wanted, and all others within `reach_of` of what is wanted
-    """
-    flown = survey.images.flown
-    units = survey.matches
-    parts = {f.name: DepthPart(units.unit_of(f), f.tile, f.reference) for f in flight_tiles_over(survey, tiles)}
-    images = {p.reference: flown[p.reference].image for p in parts.values()}
+    """What a task reads that compares the depths over ground tiles."""
+    parts, images = _parts(survey, flight_tiles_over(survey, tiles))
     return DepthSources(parts, images, survey.images.bands, survey.parameters.image_surface.witnesses)
+
+
+def checked_sources(survey: Survey, flight_tiles: Iterable[FlightTile]) -> CheckedSources:
+    """What a task reads that wants the points of some reference images over ground tiles."""
+    return CheckedSources(*_parts(survey, flight_tiles), survey.images.bands)
+
+
+def _parts(survey: Survey, flight_tiles: Iterable[FlightTile]) -> tuple[dict[str, DepthPart], dict[str, OrientedImage]]:
+    flown, units = survey.images.flown, survey.matches
+    parts = {f.name: DepthPart(units.unit_of(f), f.tile, f.reference) for f in flight_tiles}
+    return parts, {p.reference: flown[p.reference].image for p in parts.values()}
 
 
 def flight_tiles_over(survey: Survey, tiles: Iterable[str]) -> list[FlightTile]:
@@ -102,3 +134,8 @@ def matches_over(survey: Survey, tiles: Iterable[str]) -> list[Node]:
     """The tasks that make the depth maps over ground tiles."""
     units = (survey.matches.unit_of(f) for t in tiles for f in survey.images.flight_tiles(survey.lattice.tiles[t]))
     return [(MATCH, unit) for unit in dict.fromkeys(units)]
+
+
+def checked_over(survey: Survey, tiles: Sequence[str]) -> list[Node]:
+    """The tasks that leave the points over ground tiles: those that make the depth maps, and those that compare them."""
+    return [*((FUSE, t) for t in tiles), *matches_over(survey, tiles)]

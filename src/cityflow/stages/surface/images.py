@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,9 +19,9 @@ from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.depth_reader import DepthInputs, DepthReader
+from cityflow.handover.depth_reader import CheckedInputs, checked_points, within
 from cityflow.handover.field_types import OrientedField
-from cityflow.handover.fused import UNMATCHED, read_fused
+from cityflow.handover.fused import FUSED, UNMATCHED, read_fused
 from cityflow.handover.layer_files import given_dtm, publish_rasters, store_layers
 from cityflow.handover.surfaces import Surfaces
 from cityflow.io.crs import crs_of, resolve
@@ -31,14 +32,14 @@ from cityflow.surface.fused_tile import side_by_side
 from cityflow.surface.image_rasters import ImageSurface, Rasters
 from cityflow.surface.image_surface import ImageSurfaceParameters, SeenEnough, surface_of_fused
 from cityflow.surface.point_classes import classify_points
-from cityflow.survey.depths import DepthSources, depth_sources, reach_of
+from cityflow.survey.depths import CheckedSources, checked_sources
 from cityflow.survey.recipe import Recipe
 from cityflow.survey.results import Results
 from cityflow.survey.surface_source import OVERVIEW, ZARR
 from cityflow.survey.survey import Survey
 
 NAME = "surface"
-VERSION = 9
+VERSION = 10
 PIECE_SCALE_M = 0.001
 """Coordinates of the files are whole millimetres."""
 
@@ -94,7 +95,7 @@ class ImageSurfaceInputs(TaskInputs):
     index_cell_m : of the index of points;  crs : code of the survey's CRS
     """
 
-    depths: DepthInputs
+    depths: CheckedInputs
     bounds: Bounds
     surfaces: Surfaces
     fused: tuple[str, ...]
@@ -117,7 +118,7 @@ class ImageSurfaceRecipe(Recipe):
     the others : as in `ImageSurfaceInputs`
     """
 
-    depths: DepthSources
+    depths: CheckedSources
     ring: tuple[str, ...]
     place: str
     bounds: Bounds
@@ -129,10 +130,11 @@ class ImageSurfaceRecipe(Recipe):
 
     @property
     def reads(self) -> list[Node]:
-        return [*(("fuse", t) for t in self.ring), *self.depths.reads]
+        return list(dict.fromkeys([*(("fuse", t) for t in self.ring), *self.depths.reads]))
 
     def task(self, results: Results) -> Task:
-        fused = {p: d for t in self.ring for p, d in results.outputs_of("fuse", t).items()}
+        left = (results.output_of("fuse", t, FUSED) for t in self.ring)
+        fused = dict(written for written in left if written is not None)
         inputs, depths = self.depths.inputs(results)
         missing = {t: results.reason_of("fuse", t) for t in self.ring if results.has_failed("fuse", t)}
         href, checksum = self.dtm or (None, "")
@@ -160,7 +162,7 @@ def recipe(survey: Survey, name: str) -> ImageSurfaceRecipe:
         parameters=parameters_of(survey, name), limits=survey.limits(NAME), in_place=True,
     )  # fmt: skip
     return ImageSurfaceRecipe(
-        base, depth_sources(survey, lattice.near(name, reach_of(survey, 0.0))), tuple(ring), lattice.place, tile.bounds, survey.surfaces,
+        base, checked_sources(survey, survey.images.flight_tiles(tile)), tuple(ring), lattice.place, tile.bounds, survey.surfaces,
         sights_of(survey, ring, tile.buffered(context_m)), survey.parameters.tiles.index_cell_m, (dtm.href, dtm.checksum) if dtm else None,
         survey.catalog.reference.code,
     )  # fmt: skip
@@ -234,7 +236,7 @@ def _seen_enough(sights: Sights) -> SeenEnough:
 
 def _write_points(workspace: Workspace, tile: str, given: ImageSurfaceInputs, surface: ImageSurface) -> int:
     """The tile's own points with their classes, where there is a terrain; how many."""
-    core = DepthReader(workspace.store, given.depths, given.bounds)(given.bounds)
+    core = checked_points(workspace.store, given.depths, partial(within, bounds=given.bounds))(given.bounds)
     row, col = surface.fine.grid.indices(core.xyz[:, 0], core.xyz[:, 1])
     core = core.take(np.isfinite(surface.fine.dtm[row, col]))
     data = write_image_points(core, classify_points(core, surface), crs=crs_of(resolve(given.crs)))
