@@ -13,7 +13,7 @@ from distributed import Client
 from cityflow.core import object_store
 from cityflow.core.building import Status
 from cityflow.flow import suspects
-from cityflow.flow.draft import Sent, Unmade, run_draft
+from cityflow.flow.drafted import Sent, Unmade, run_draft
 from cityflow.flow.executor import run_tasks
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import Silent

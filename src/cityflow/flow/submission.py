@@ -13,7 +13,8 @@ from distributed import Client
 
 from cityflow.flow.attempt import run_attempt
 from cityflow.flow.completed import Completed
-from cityflow.flow.draft import Draft, Sent, run_draft
+from cityflow.flow.draft import Draft
+from cityflow.flow.drafted import Sent, run_draft
 from cityflow.flow.erred_leaves import readable_key
 from cityflow.flow.inputs import Inputs
 from cityflow.flow.ledger import Ledger
