@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import gc
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from itertools import pairwise
 from multiprocessing import get_context
 from tempfile import TemporaryDirectory
@@ -99,9 +100,12 @@ def match_pictures() -> None:
     assert made, "the plain was not matched"
     found = decode_depth_map(encode_depth_map(made[""]))
     points = points_of(found, middle.image)
+    lens = replace(middle.image.camera, distortion=(0.01, -0.001, 0.0, 0.0))
+    points_of(found, replace(middle.image, camera=lens))
     find_wall_points(points, WallPointParameters())
     seen = [Witness.of(view.image, [found]) for view in images]
-    without_refuted(found, words_for(seen, cells.bounds, WitnessParameters()))
+    words = words_for(seen, cells.bounds, WitnessParameters())
+    without_refuted(found, words[found.image].over(found))
     surface = image_surface(points, (40.0, 40.0, 60.0, 60.0), CELL_M, 4)
     classify_points(points, surface)
     heights, grid = surface.fine.dsm_filled.astype(np.float32), surface.fine.grid

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray, numbers_of
 from cityflow.core.camera import OrientedImage
 from cityflow.core.kernels import njit
 
@@ -63,8 +63,7 @@ class ImagePoints:
 
     def take(self, chosen: BoolArray | IntArray) -> ImagePoints:
         """Some of the points: by a mask, or by their numbers."""
-        # taking rows by number is several times faster than by a mask
-        at = np.flatnonzero(chosen) if chosen.dtype == np.bool_ else chosen
+        at = numbers_of(chosen)
         return ImagePoints(
             self.xyz.take(at, axis=0), self.colour.take(at, axis=0), self.image.take(at), self.views.take(at), self.sigma.take(at),
             self.names, self.centres,

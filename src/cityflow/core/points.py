@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, ByteArray, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, ByteArray, FloatArray, IntArray, numbers_of
 from cityflow.core.grid import Bounds
 
 UNCLASSIFIED, GROUND, BUILDING, LOW_NOISE, WATER = 1, 2, 6, 7, 9
@@ -49,9 +49,10 @@ class PointCloud:
         return len(self.xyz)
 
     def take(self, chosen: BoolArray | IntArray) -> PointCloud:
+        at = numbers_of(chosen)
         return PointCloud(
-            self.xyz[chosen], self.classification[chosen], self.return_number[chosen], self.number_of_returns[chosen]
-        )
+            self.xyz.take(at, axis=0), self.classification.take(at), self.return_number.take(at), self.number_of_returns.take(at),
+        )  # fmt: skip
 
     def within(self, bounds: Bounds) -> PointCloud:
         """Points with x_min <= x < x_max and y_min <= y < y_max."""

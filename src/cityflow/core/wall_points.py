@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray, numbers_of
 from cityflow.core.grid import Bounds
 
 
@@ -32,7 +32,10 @@ class WallPoints:
         return len(self.xyz)
 
     def take(self, chosen: BoolArray | IntArray) -> WallPoints:
-        return WallPoints(self.xyz[chosen], self.normal[chosen], self.sigma[chosen], self.views[chosen])
+        at = numbers_of(chosen)
+        return WallPoints(
+            self.xyz.take(at, axis=0), self.normal.take(at, axis=0), self.sigma.take(at), self.views.take(at)
+        )
 
     def within(self, bounds: Bounds) -> WallPoints:
         """Points with x_min <= x < x_max and y_min <= y < y_max."""

@@ -20,7 +20,7 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import Parameters
 from cityflow.surface.fuse_cells import CellPoints, cell_points, expected_precision, steepness
 from cityflow.surface.fuse_fill import fill_from_below
-from cityflow.surface.fuse_modes import ModeRule, Modes, instead, modes
+from cityflow.surface.fuse_modes import ModeRule, Modes, modes, replace_modes
 from cityflow.surface.fuse_planes import again_on_planes, on_planes, without_specks
 
 STRIP_ROWS = 1024
@@ -182,7 +182,7 @@ def _surface(points: ImagePoints, grid: Grid, p: FuseParameters, *, again: bool)
     specks = _specks(z, grid, p)
     if again and specks.any():
         # what floats may hide a surface that fewer points of the cell speak for
-        found = instead(found, _modes(placed, grid, p, np.where(specks, found.z, np.nan)), specks)
+        replace_modes(found, _modes(placed, grid, p, np.where(specks, found.z, np.nan)), specks)
         z = again_on_planes(z, found, specks, PLANE_CELLS, BAND_CELLS * grid.cell / 2)
         specks = _specks(z, grid, p)
     z[specks] = np.nan

@@ -77,9 +77,10 @@ def modes(points: CellPoints, shape: tuple[int, int], rule: ModeRule, instead_of
     return found
 
 
-def instead(found: Modes, other: Modes, where: BoolArray) -> Modes:
-    """`found` with the cells of `other` where (rows, cols) says so."""
-    return Modes(*(np.where(where, getattr(other, name), getattr(found, name)) for name in Modes._fields))
+def replace_modes(found: Modes, other: Modes, where: BoolArray) -> None:
+    """Put the cells of `other` into `found` where (rows, cols) says so."""
+    for name in Modes._fields:
+        np.copyto(getattr(found, name), getattr(other, name), where=where)
 
 
 @njit(cache=True, nogil=True)
