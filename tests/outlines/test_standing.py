@@ -13,7 +13,6 @@ from cityflow.core.points import HIGH_VEGETATION
 from cityflow.outlines.from_heights.regions import RegionParameters, RegionSurface, building_regions
 from cityflow.outlines.from_heights.standing import standing
 
-SIZE = 60.0
 MIDDLE = 30.0
 
 
@@ -22,9 +21,9 @@ def rectangle(width: float, length: float, angle: float) -> Polygon:
     return affinity.rotate(shape, angle)
 
 
-def heights(shape: Polygon, height: float, cell: float, seed: int) -> tuple[Grid, np.ndarray]:
-    """Ground with one block on it, blurred over a cell and noisy, as matching leaves it."""
-    grid = Grid.covering((0, 0, SIZE, SIZE), cell)
+def heights(shape: Polygon, height: float, cell: float, seed: int, reach: float = MIDDLE) -> tuple[Grid, np.ndarray]:
+    """Ground with one block on it, blurred over a cell and noisy, as matching leaves it; `reach`: from the middle to the border."""
+    grid = Grid.covering((MIDDLE - reach, MIDDLE - reach, MIDDLE + reach, MIDDLE + reach), cell)
     x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
     block = np.where(shapely.contains_xy(shape, x, y), height, 0.0)
     noise = np.random.default_rng(seed).normal(0, 0.05, grid.shape)
@@ -44,7 +43,7 @@ def found(grid: Grid, ndsm: np.ndarray, trees: np.ndarray | None = None, holes: 
 @pytest.mark.parametrize("cell", [0.1, 0.2])
 @pytest.mark.parametrize(("angle", "length", "height"), [(0, 12, 3.1), (33, 10, 2.7), (71, 18, 3.9), (90, 8, 3.2)])
 def test_vehicles_are_no_buildings(cell: float, angle: int, length: float, height: float) -> None:
-    assert found(*heights(rectangle(2.5, length, angle), height, cell, angle)) == 0
+    assert found(*heights(rectangle(2.5, length, angle), height, cell, angle, reach=20.0)) == 0
 
 
 @pytest.mark.parametrize("cell", [0.1, 0.2])
@@ -53,7 +52,7 @@ def test_vehicles_are_no_buildings(cell: float, angle: int, length: float, heigh
 )
 @pytest.mark.parametrize("angle", [0, 27])
 def test_garages_sheds_and_towers_are(cell: float, width: float, length: float, height: float, angle: float) -> None:
-    assert found(*heights(rectangle(width, length, angle), height, cell, 5)) > 0.7 * width * length
+    assert found(*heights(rectangle(width, length, angle), height, cell, 5, reach=20.0)) > 0.7 * width * length
 
 
 def test_a_narrow_shed_at_a_wood_is_no_vehicle() -> None:

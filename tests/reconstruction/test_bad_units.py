@@ -107,8 +107,8 @@ def test_150_planes_are_bounded_work() -> None:
     assert int(str(choice.candidate.notes["cells"])) <= limits.partition.max_cells
 
 
-def test_a_million_points_are_thinned() -> None:
-    choice = modelled(LARGE["a million points"], "default")
+def test_200_000_points_are_thinned() -> None:
+    choice = modelled(LARGE["200,000 points"], "default")
     assert choice.status is Status.DONE
     assert len(choice.candidate.planes) == 2
     assert int(str(choice.candidate.notes["points_used"])) < 4000
