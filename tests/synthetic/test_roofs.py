@@ -10,6 +10,7 @@ from cityflow.synthetic.mesh import Part
 from cityflow.synthetic.roofs import CHIMNEY, LocalFace, Placement, TruthFace, visible_faces
 from cityflow.synthetic.terrain import plane
 from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
+from cityflow.synthetic.town_shapes import RoofLines, wall_profile
 from scenes.prism_scene import PrismScene, TruthBuilding
 from scenes.simple_roofs import gable, gable_across
 
@@ -52,3 +53,18 @@ def test_a_scan_shows_roofs_walls_and_ground_where_they_are() -> None:
     assert len(walls[0]) > 30
     assert shapely.distance(house.outline.exterior, shapely.points(*walls)).max() < 0.4
     assert set(scan.truth_unit[scan.is_wall | inside].tolist()) == {0}
+
+
+@pytest.mark.parametrize("beside_m", [0.0, 1e-7, 3e-6])
+def test_a_wall_that_rounding_puts_beside_its_face_ends_at_that_face(beside_m: float) -> None:
+    """A spire of 20 m over a tower of 6 by 6 m: each wall ends at its eave, 10 m up, not at the far face, which is 40 m above it there."""
+    corners, apex = [(-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0)], (0.0, 0.0)
+    slope = 20.0 / 3.0
+    tilts = [(0.0, slope), (-slope, 0.0), (0.0, -slope), (slope, 0.0)]
+    faces = tuple(LocalFace((corners[k], corners[(k + 1) % 4], apex), *tilts[k], 10.0 + 20.0) for k in range(4))
+    roof = RoofLines.of(faces)
+    for k in range(4):
+        (x_0, y_0), (x_1, y_1) = (np.multiply(corners[i % 4], 1 + beside_m / 3) for i in (k, k + 1))
+        profile = wall_profile((x_0, y_0), (x_1, y_1), roof)
+        assert (profile[0, 0], profile[-1, 1]) == (0.0, 1.0)
+        assert profile[:, 2:] == pytest.approx(10.0, abs=1e-3)

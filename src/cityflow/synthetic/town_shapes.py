@@ -208,7 +208,9 @@ def wall_profile(a: tuple[float, float], b: tuple[float, float], roof: RoofLines
     t = np.unique(np.round(np.concatenate([[0.0, 1.0], t[(t > 0) & (t < 1)]]), 9))
     middle = (t[:-1] + t[1:]) / 2
     inward = gap[:, None] + rate[:, None] * middle
-    owner = np.argmax(np.minimum.reduceat(inward, roof.first, axis=0) >= -1e-6, axis=0)
+    inside = np.minimum.reduceat(inward, roof.first, axis=0)
+    # under no face, by some rounding of its edge: the nearest one's
+    owner = np.argmax(np.where(inside >= -1e-6, 0.0, inside), axis=0)
     first = np.flatnonzero(np.concatenate([[True], owner[1:] != owner[:-1]]))
     ends = t[np.append(first, len(t) - 1)]
     at = start + ends[:, None] * step

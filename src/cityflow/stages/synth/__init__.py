@@ -38,7 +38,7 @@ from cityflow.synthetic.town_truth import NO_PART, JudgedCells, TruthRasters, ju
 
 PICTURE, CALIBRATION, SCAN, TRUTH = "picture", "calibration", "scan", "truth"
 STAGES = (PICTURE, CALIBRATION, SCAN, TRUTH)
-VERSION = 2
+VERSION = 3
 SCAN_TILE_M, TRUTH_TILE_M = 250.0, 100.0
 SHADOW_M = 60.0
 """What stands this far outside a picture may throw a shadow into it."""
