@@ -34,6 +34,10 @@ STEP_PX = 2.0
 """A pixel whose neighbour is farther from its plane is a depth step, ground pixels."""
 CLEAR_PX = 3
 """Pixels nearer to a depth step are not judged among those away from it (docs/matching.md)."""
+EDGE_PX = 6
+"""Ground and roofs so much nearer to a depth step than those away from it are judged by themselves, pixels."""
+FAR_PX = 12.0
+"""Depths beyond are gross errors, ground pixels."""
 LEAST_WALL = np.sin(np.radians(12.0))
 """Walls are judged where they are seen at more than 12 degrees (docs/matching.md)."""
 WITHIN_PX = 3.0
@@ -107,7 +111,7 @@ class TrueView:
     Attributes
     ----------
     depth : metres along the camera's axis, NaN for sky;  across : metres across the surface of a metre of depth;  gsd : metres
-    ground_or_roof, wall : which pixels are judged as what, three pixels from depth steps
+    ground_or_roof, wall : which pixels are judged as what, three pixels from depth steps;  edge : ground and roofs nearer, and a little around
     """
 
     depth: Float32Array
@@ -115,6 +119,7 @@ class TrueView:
     gsd: Float32Array
     ground_or_roof: BoolArray
     wall: BoolArray
+    edge: BoolArray
 
 
 def true_views(parameters: SynthParameters, images: Sequence[OrientedImage], folder: Path) -> list[TrueView]:
@@ -144,7 +149,10 @@ def _true_view(scene: Scene, image: OrientedImage) -> TrueView:
     clear = hit & ~_near_steps(depth[..., None] * rays, normal, STEP_PX * gsd)
     seen = across / np.linalg.norm(rays, axis=-1)
     solid = np.isin(part, (Part.GROUND, Part.STREET, Part.ROOF))
-    return TrueView(depth, across, gsd, clear & solid, clear & (part == Part.WALL) & (seen > LEAST_WALL))
+    near = cv2.dilate((~clear).astype(np.uint8), np.ones((2 * EDGE_PX + 1,) * 2, np.uint8)) > 0
+    return TrueView(
+        depth, across, gsd, clear & solid, clear & (part == Part.WALL) & (seen > LEAST_WALL), hit & near & solid
+    )
 
 
 def _near_steps(xyz: FloatArray, normal: FloatArray, limit: Float32Array) -> BoolArray:
@@ -160,18 +168,19 @@ def _near_steps(xyz: FloatArray, normal: FloatArray, limit: Float32Array) -> Boo
 
 
 def depth_figures(depth_map: DepthMap, truth: TrueView) -> dict[str, float]:
-    """NMAD and bias in ground pixels, shares within three of them and known; across the surface that is seen."""
+    """NMAD in ground pixels; shares known, of these within three of them and beyond twelve, and of all within three; across the surface that is seen."""
     found = np.full(truth.depth.shape, np.nan)
     h, w = depth_map.depth.shape
     found[depth_map.row : depth_map.row + h, depth_map.col : depth_map.col + w] = depth_map.depth
     error = (found - truth.depth) * truth.across / truth.gsd
     figures = {"known": float(np.isfinite(found).mean())}
-    for name, judged in (("away", truth.ground_or_roof), ("walls", truth.wall)):
+    for name, judged in (("away", truth.ground_or_roof), ("walls", truth.wall), ("edge", truth.edge)):
         off = error[judged].astype(np.float64)
         known = off[np.isfinite(off)]
         figures |= {
             f"{name}_px": float(off.size), f"{name}_nmad": nmad(off), f"{name}_known": known.size / max(off.size, 1),
             f"{name}_within": float((np.abs(known) <= WITHIN_PX).mean()) if known.size else float("nan"),
+            f"{name}_far": float((np.abs(known) > FAR_PX).mean()) if known.size else float("nan"),
             f"{name}_right": float((np.abs(off) <= WITHIN_PX).mean()) if off.size else float("nan"),
         }  # fmt: skip
     return figures
