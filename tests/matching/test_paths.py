@@ -7,7 +7,7 @@ import pytest
 
 from cityflow.core.arrays import ByteArray, IntArray
 from cityflow.matching.census import census
-from cityflow.matching.paths import EDGE_GREY, LEAST_MORE, Penalties, best_shifts
+from cityflow.matching.paths import BACK_PX, EDGE_GREY, LEAST_MORE, Penalties, best_shifts
 from cityflow.matching.search import Search, Sight
 
 ROWS, COLS = 14, 26
@@ -83,7 +83,7 @@ def test_shifts_are_those_of_the_definition(seed: int, eight: bool) -> None:
             assert np.isnan(found[at])
             continue
         best = min(total[at], key=lambda s: (total[at][s], s))
-        if abs(holder[at[0], at[1] + best][1] - at[1]) > 1:
+        if abs(holder[at[0], at[1] + best][1] - at[1]) > BACK_PX:
             assert np.isnan(found[at])
         else:
             kept += 1

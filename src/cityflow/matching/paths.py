@@ -23,6 +23,9 @@ EDGE_GREY = 12.0
 images of the synthetic town, as is the next one."""
 LEAST_MORE = 10
 """What a large step costs more than a small one at least."""
+BACK_PX = 2
+"""The way back from the partner's pixel ends no farther from where it began: a wall may be two or three times as wide in one image as in the other, and
+then as many of its pixels share one of the partner's. Set by hand on images of the synthetic town: with one pixel, a tenth of such walls is lost."""
 FAR = 60_000
 """Cost of a shift that a pixel does not search; more than any sum of a path."""
 
@@ -67,7 +70,7 @@ class Penalties(NamedTuple):
 def best_shifts(
     reference: Census, partner: Census, low: int, chunks: Chunks, grey: ByteArray, penalties: Penalties, *, eight: bool
 ) -> Float32Array:
-    """(rows, cols) float32 shifts that both sides agree on within a pixel, by a parabola between whole pixels; NaN elsewhere.
+    """(rows, cols) float32 shifts that both sides agree on within `BACK_PX`, by a parabola between whole pixels; NaN elsewhere.
 
     Parameters
     ----------
@@ -221,7 +224,7 @@ def _upward(sums, chunks, penalties, eight, low, wide):  # type: ignore[no-untyp
             won[j] = n
         for j in range(cols):
             n = won[j]
-            if n < 0 or abs(who[j + first[i, j] * LANES - low + n] - j) > 1:
+            if n < 0 or abs(who[j + first[i, j] * LANES - low + n] - j) > BACK_PX:
                 continue
             t = start[i * cols + j] * LANES
             shift = np.float32(first[i, j] * LANES + n)

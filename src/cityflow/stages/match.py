@@ -28,7 +28,7 @@ from cityflow.survey.results import Results
 from cityflow.survey.survey import Survey
 
 NAME = "match"
-VERSION = 2
+VERSION = 3
 GROUND = "ground "
 """Begins the names of the inputs that tell over which ground tiles an image is matched."""
 NO_PARTNER = "no partner of the reference image could be read"
