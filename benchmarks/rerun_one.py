@@ -25,12 +25,13 @@ import numpy as np
 import shapely
 
 from city_scale import TILE_M, X, Y, answer, survey
-from cityflow.flow.ledger import SEGMENT, Ledger, State
+from cityflow.flow.ledger import SEGMENT, Ledger
 from cityflow.flow.outputs import Outputs
 from cityflow.flow.records import encode
 from cityflow.flow.row import Line, row_of
 from cityflow.flow.segments import write_segment
 from cityflow.flow.stage import Node
+from cityflow.flow.state import State
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
 from cityflow.io.catalog.stac_assets import Catalog

@@ -8,9 +8,10 @@ import pytest
 from cityflow.core.building import Status
 from cityflow.flow import attempt
 from cityflow.flow.attempt import is_unexpected
-from cityflow.flow.ledger import Ledger, State
+from cityflow.flow.ledger import Ledger
 from cityflow.flow.records import read_record
 from cityflow.flow.sandbox import thread_sandbox
+from cityflow.flow.state import State
 from cityflow.flow.store import Store
 from cityflow.flow.task import Limits, Record, Task
 from flow.toy_stages import toy

@@ -19,8 +19,9 @@ from cityflow.flow import index, suspects
 from cityflow.flow.attempt import store_record
 from cityflow.flow.erred_leaves import readable_key
 from cityflow.flow.executor import run_tasks
-from cityflow.flow.ledger import Ledger, State
+from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import Silent
+from cityflow.flow.state import State
 from cityflow.flow.store import Store
 from cityflow.flow.task import Limits, Record, Task
 from cityflow.flow.unwritable import UnwritableError

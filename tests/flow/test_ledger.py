@@ -12,9 +12,10 @@ import pytest
 
 from cityflow.core.building import Status
 from cityflow.flow.index import cache_path
-from cityflow.flow.ledger import Ledger, State
+from cityflow.flow.ledger import Ledger
 from cityflow.flow.records import encode, mark_path, record_path, write_mark, write_record
 from cityflow.flow.remote_folder import RemoteFolder
+from cityflow.flow.state import State
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
 from flow.test_records import a_record

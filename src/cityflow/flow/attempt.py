@@ -1,4 +1,4 @@
-"""The function that Dask executes: one unit in the sandbox, with retries where they may help; the record is written last."""
+"""The functions that Dask executes: one unit in the sandbox, with retries where they may help; the record is written last."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from cityflow.flow.records import encode, read_record, record_path, write_mark
 from cityflow.flow.reply import Ending, Reply
 from cityflow.flow.room import Place, Room
 from cityflow.flow.sandbox import thread_sandbox
+from cityflow.flow.sealed import Sealed
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
 from cityflow.flow.unwritable import UnwritableError, unwritable
@@ -52,6 +53,14 @@ def run_attempt(
         if (refusal := unwritable(error, store.root)) is None:
             raise
         return refusal
+
+
+def run_sealed(
+    store: Store, task: Task, attempt: int, need_mb: float | None = None
+) -> Sealed | Damage | Outgrown | UnwritableError:
+    """`run_attempt`, whose record travels in a third of its bytes."""
+    found = run_attempt(store, task, attempt, need_mb)
+    return Sealed.of(found) if isinstance(found, Record) else found
 
 
 def _attempted(store: Store, task: Task, attempt: int, need_mb: float) -> Record | Damage | Outgrown | UnwritableError:

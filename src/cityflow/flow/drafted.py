@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cityflow.core.object_store import be_patient
-from cityflow.flow.attempt import Outgrown, run_attempt
+from cityflow.flow.attempt import Outgrown, run_sealed
 from cityflow.flow.damage import Damage, Written
 from cityflow.flow.draft import MAKER
 from cityflow.flow.inputs import paths_in, written_by
 from cityflow.flow.outputs import Outputs
 from cityflow.flow.reply import Ending
 from cityflow.flow.sandbox import thread_sandbox
+from cityflow.flow.sealed import Sealed
 from cityflow.flow.store import Store
 from cityflow.flow.task import Limits, Record, Task
 from cityflow.flow.unwritable import UnwritableError
@@ -46,16 +47,16 @@ class Unmade:
 
 def run_draft(
     store: Store, sent: Sent, attempt: int, need_mb: float, inputs: Sequence[object]
-) -> Record | Damage | Outgrown | UnwritableError | Unmade:
-    """Make the task and run it, or hand back the record of an earlier run where that stands.
+) -> Sealed | Damage | Outgrown | UnwritableError | Unmade:
+    """Make the task and run it, or hand back the record of an earlier run where that stands, sealed.
 
     Parameters
     ----------
-    attempt, need_mb : as in `run_attempt`
+    attempt, need_mb : as in `attempt.run_attempt`
     inputs : what the tasks that it awaits have returned
     """
     be_patient()
-    records = [i for i in inputs if isinstance(i, Record)]
+    records = [i.record for i in inputs if isinstance(i, Sealed)]
     if len(records) < len(inputs):
         return Unmade("a task that it awaits has left no record")
     request = Task(sent.stage, sent.unit, MAKER, 1, arguments={"recipe": sent.recipe, "records": records})
@@ -66,7 +67,7 @@ def run_draft(
     task = Task(**{**tree, "limits": Limits(**tree["limits"])})
     outputs, before = Outputs(store, verify=sent.verify, lists=False), sent.before
     if before is not None and before.digest == task.digest and outputs.all_there(before):
-        return before
+        return Sealed.of(before)
     known = {**sent.written, **{path: w for r in records for path, w in written_by(r).items()}}
     expected = {path: known[path] for path in paths_in(task.arguments) if path in known}
-    return run_attempt(store, replace(task, expected=expected), attempt, need_mb)
+    return run_sealed(store, replace(task, expected=expected), attempt, need_mb)

@@ -23,13 +23,16 @@ from cityflow.flow.draft import Draft
 from cityflow.flow.erred_leaves import ErredLeaves
 from cityflow.flow.exclusive import exclusive
 from cityflow.flow.first_units import FirstUnits
+from cityflow.flow.garbage import seldom_collected
 from cityflow.flow.in_flight import InFlight, check_alive
 from cityflow.flow.interrupts import heard
 from cityflow.flow.joining import Joining
-from cityflow.flow.ledger import Ledger, State
+from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import Silent, Watcher
 from cityflow.flow.records import read_record
 from cityflow.flow.reply import Ending, Reply
+from cityflow.flow.sealed import Sealed
+from cityflow.flow.state import State
 from cityflow.flow.store import Store
 from cityflow.flow.submission import Submission, prefix
 from cityflow.flow.summary import Summary
@@ -78,7 +81,7 @@ def run_tasks(
     start, interrupted = time.monotonic(), False
     try:
         be_patient()
-        with exclusive(store), heard() as check_interrupt:
+        with exclusive(store), heard() as check_interrupt, seldom_collected():
             run.loop(check_interrupt)
     except KeyboardInterrupt:
         interrupted = True
@@ -181,12 +184,13 @@ class _Run:
 
     def _checked(self, task: Task) -> list[Job]:
         ledger = self._context.ledger
-        if ledger.state(task) is State.DONE:
+        state, attempt = ledger.state_and_attempt(task)
+        if state is State.DONE:
             record = ledger.latest(task.stage, task.unit)
             if record is not None and not self._context.redo(task, record):
                 self._follow(task, record, fresh=False)
                 return []
-        return [Job(task, ledger.next_attempt(task.stage, task.unit))]
+        return [Job(task, attempt)]
 
     def _submit(self, jobs: list[Job]) -> None:
         self._submission.send(jobs, self._limit.offers)
@@ -213,9 +217,9 @@ class _Run:
             if not self._ahead.held(job, result):
                 self._settle_draft(job, job.task, result)
             return
-        if isinstance(result, Record):
-            self._submission.learn(job, result)
-            self._follow(job.task, result, fresh=True)
+        if isinstance(result, Sealed):
+            self._submission.learn(job, result.record)
+            self._follow(job.task, result.record, fresh=True, sealed=result)
             return
         if isinstance(result, Outgrown):
             self._outgrown(job, result)
@@ -231,11 +235,11 @@ class _Run:
 
     def _settle_draft(self, job: Job, draft: Draft, result: Any) -> None:
         """The same for a draft when all that it awaited has been followed: without a record, the driver makes its task."""
-        if isinstance(result, Record):
-            fresh = result.attempt >= job.attempt
+        if isinstance(result, Sealed):
+            fresh = result.record.attempt >= job.attempt
             if fresh:
-                self._submission.learn(job, result)
-            self._follow(draft, result, fresh=fresh)
+                self._submission.learn(job, result.record)
+            self._follow(draft, result.record, fresh=fresh, sealed=result)
             return
         error = result[1] if isinstance(result, tuple) else result
         task = draft.made()
@@ -281,10 +285,10 @@ class _Run:
             raise RunError(problem, where=job.task.name, remedy="fix this and run again: it continues where it stopped")
         self._submit([replace(job, tries=job.tries + (not waited))])
 
-    def _follow(self, task: Task, record: Record, *, fresh: bool) -> None:
+    def _follow(self, task: Task, record: Record, *, fresh: bool, sealed: Sealed | None = None) -> None:
         self._submission.inputs.learn(record)
         if fresh:
-            self._context.ledger.add(record)
+            self._context.ledger.add(record, sealed)
         (self.ran if fresh else self.kept)[task.stage, record.status] += 1
         self._context.progress.finished(record, fresh=fresh)
         self._leaves.note(record)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from cityflow.flow.damage import Written
+from cityflow.flow.kept import kept
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.outputs import digests_of
 from cityflow.flow.records import unquoted
@@ -14,7 +15,8 @@ from cityflow.flow.stage import Node
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Record, Task
 
-WORK, PRODUCTS = "work/", "products/"
+WORK, PRODUCTS = FOLDERS = "work/", "products/"
+TREES = (dict, list, tuple)
 KEPT = 10_000
 """Units whose outputs stay at hand, some megabytes: tasks of one tile read the same few, most of which have just ended."""
 
@@ -41,8 +43,7 @@ class Inputs:
 
     def of(self, task: Task) -> dict[str, Written]:
         """What is known of the files that the arguments of a task name."""
-        found = {path: self._find(path) for path in paths_in(task.arguments)}
-        return {path: written for path, written in found.items() if written is not None}
+        return {path: written for path in paths_in(task.arguments) if (written := self._find(path)) is not None}
 
     def left_by(self, nodes: Iterable[Node]) -> dict[str, Written]:
         """What is known of the files of some tasks."""
@@ -107,17 +108,29 @@ def written_by(record: Record) -> dict[str, Written]:
     return {path: (record.sizes[path], digest) for path, digest in digests_of(record).items() if path in record.sizes}
 
 
-def paths_in(value: Json) -> list[str]:
-    """Every text in a JSON value that may be the path of a file of the RUN."""
+def paths_in(arguments: Mapping[str, Json]) -> list[str]:
+    """Every text in the arguments of a task that may be the path of a file of the RUN.
+
+    >>> paths_in({"hulls": {"a": "work/reconstruct/a/1/hull"}, "crs": "EPSG:28992", "pieces": ["work/ingest/f/2/0_0.laz"]})
+    ['work/reconstruct/a/1/hull', 'work/ingest/f/2/0_0.laz']
+    """
+    found = [text for text in (*arguments, *arguments.values()) if isinstance(text, str) and text.startswith(FOLDERS)]
+    for value in arguments.values():
+        if isinstance(value, TREES) and value:
+            found += _paths_within(value)
+    return found
+
+
+@kept
+def _paths_within(value: Json) -> list[str]:
+    """The same of a tree; one that many tasks share is searched once."""
     found, left = list[str](), [value]
     while left:
         inner = left.pop()
-        if isinstance(inner, str):
-            if inner.startswith((WORK, PRODUCTS)):
-                found.append(inner)
-        elif isinstance(inner, Mapping):
-            left.extend(inner.keys())
-            left.extend(inner.values())
-        elif isinstance(inner, list | tuple):
-            left.extend(inner)
+        for each in (*inner, *inner.values()) if isinstance(inner, dict) else inner:
+            if isinstance(each, str):
+                if each.startswith(FOLDERS):
+                    found.append(each)
+            elif isinstance(each, TREES):
+                left.append(each)
     return found

@@ -18,6 +18,9 @@ Writer = Callable[[Any], Any]
 
 PLAIN = (str, int, bool, NoneType)
 
+SHARED = "one object in many tasks"
+"""Marks the type of a field (`Annotated`) whose value is one object for many tasks: it is written once, and the trees of these tasks share what was written."""
+
 
 def same(value: Any) -> Any:
     """The value is its own tree."""
@@ -29,7 +32,7 @@ def writer_of(kind: Any) -> Writer:
     """The writer of a type.
 
     Plain are texts, numbers, optional values, tuples, mappings with texts as keys, and dataclasses of these. What says itself how it is
-    written (`PlainSerializer`) is asked once for an object; anything else is left to pydantic.
+    written (`PlainSerializer`), or is marked as `SHARED`, is written once for an object; anything else is left to pydantic.
     """
     origin, inner = get_origin(kind), get_args(kind)
     if kind in PLAIN:
@@ -37,6 +40,8 @@ def writer_of(kind: Any) -> Writer:
     if kind is float:
         return float
     if origin is Annotated:
+        if SHARED in inner[1:]:
+            return kept(writer_of(inner[0]))
         own = [m for m in inner[1:] if isinstance(m, PlainSerializer)]
         return kept(own[0].func) if len(own) == 1 else _by_pydantic(kind)  # type: ignore[arg-type]
     if origin is tuple and inner:

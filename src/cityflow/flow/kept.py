@@ -26,11 +26,12 @@ def kept(function: Callable[[A], R]) -> Callable[[A], R]:
 
     @wraps(function)
     def answer(value: A) -> R:
-        if id(value) not in answers:
+        found = answers.get(id(value))
+        if found is None:
             if len(answers) >= MOST:
                 answers.clear()
             # the value is held, so that its id stays its own
-            answers[id(value)] = value, function(value)
-        return answers[id(value)][1]
+            found = answers[id(value)] = value, function(value)
+        return found[1]
 
     return answer

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from enum import StrEnum
 from types import TracebackType
 
 from cityflow.core.arrays import IntArray
@@ -15,9 +14,11 @@ from cityflow.flow.outputs import Outputs
 from cityflow.flow.records import quoted, write_mark
 from cityflow.flow.removal import Removal
 from cityflow.flow.row import Row
+from cityflow.flow.sealed import Sealed
 from cityflow.flow.segment_rows import Place, Rows
 from cityflow.flow.segments import bits_of, write_segment
 from cityflow.flow.some_units import ALL, SomeUnits
+from cityflow.flow.state import State
 from cityflow.flow.store import Store
 from cityflow.flow.tally import Tally, tally_of
 from cityflow.flow.task import Record, Task
@@ -27,21 +28,6 @@ COMMIT_EVERY = 200
 
 SEGMENT = 4096
 """Records that are joined in one segment: some megabytes, so that a million buildings have about a thousand."""
-
-
-class State(StrEnum):
-    """What the ledger knows of a task (ARCHITECTURE.md, section 3)."""
-
-    DONE = "done"
-    """The newest attempt has a record with the task's digest (whatever its status), and its outputs are there."""
-    STALE = "stale"
-    """The newest record is of other inputs, parameters or another version."""
-    MISSING = "missing"
-    """There is no record."""
-    SPOILED = "spoiled"
-    """An attempt that writes in place started after the newest record and left none, or the newest record is damaged."""
-    LOST = "lost"
-    """The record is right, but an output is gone or is not what was written."""
 
 
 class Ledger:
@@ -102,10 +88,10 @@ class Ledger:
         self._waiting = self._loose.count()
         return new
 
-    def add(self, record: Record) -> None:
-        """Index a record that a task has just written."""
+    def add(self, record: Record, sealed: Sealed | None = None) -> None:
+        """Index a record that a task has just written; `sealed`: the same, as its worker has handed it over."""
         self._last = None
-        self._loose.add(record)
+        self._loose.add(record, sealed or Sealed.of(record))
         self._outputs.add(record)
         self._waiting += 1
         self._uncommitted += 1
@@ -213,15 +199,26 @@ class Ledger:
 
     def state(self, task: Task) -> State:
         """What has to be done about a task; see `State`."""
-        key, digest = (quoted(task.stage), quoted(task.unit)), task.digest
-        found = self._found(*key)
-        if self._mark(*key) > (found[0].attempt if found else 0):
-            return State.SPOILED
+        return self.state_and_attempt(task)[0]
+
+    def state_and_attempt(self, task: Task) -> tuple[State, int]:
+        """The same, and `next_attempt` of the task."""
+        key = quoted(task.stage), quoted(task.unit)
+        found, mark = self._found(*key), self._mark(*key)
+        newest = found[0].attempt if found else 0
+        if mark > newest:
+            return State.SPOILED, mark + 1
         if not found:
-            return State.MISSING
-        if isinstance(found[0], Place) and found[0].digest != bits_of(digest):
+            return State.MISSING, 1
+        state = self._held_against(found[0], key, task.digest)
+        # a record that turns out to be damaged counts as an attempt that left none
+        return state, self.next_attempt(task.stage, task.unit) if state is State.SPOILED else newest + 1
+
+    def _held_against(self, newest: Held | Place, key: tuple[str, str], digest: str) -> State:
+        """A task with this digest against the newest record of its unit."""
+        if isinstance(newest, Place) and newest.digest != bits_of(digest):
             return State.STALE
-        self._last = record = self._read(found[0], *key)
+        self._last = record = self._read(newest, *key)
         if record is None:
             return State.SPOILED
         if record.digest != digest:

@@ -8,17 +8,16 @@ from typing import Any
 
 from cityflow.flow import index
 from cityflow.flow.index import COLUMNS, DamagedIndexError
-from cityflow.flow.records import decode, encode, quoted, record_path
+from cityflow.flow.records import decode, quoted, record_path
 from cityflow.flow.row import NAMES, Line, Row, row_of
+from cityflow.flow.sealed import Sealed
 from cityflow.flow.task import Record
 
 INSERT = f"INSERT OR REPLACE INTO files ({COLUMNS}, row_sum, body) VALUES ({', '.join('?' * 17)})"
 
 
-def row_values(record: Record, text: bytes, stamp: str) -> tuple[Any, ...]:
-    """A row; `text`: the record as its file has it."""
-    row = row_of(record)
-    body = zlib.compress(text if b"\n" not in text else encode(record), 1)
+def row_values(record: Record, sealed: Sealed, stamp: str) -> tuple[Any, ...]:
+    row, body = row_of(record), sealed.body
     name = f"{record.attempt:04d}.json"
     values = (quoted(record.stage), quoted(record.unit), name, record.attempt, stamp, record.stage, record.unit, record.digest,
               str(row.status), row.reason, row.verdict, row.seconds, row.peak_mb, row.started, zlib.crc32(body))  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from itertools import islice
@@ -12,8 +13,9 @@ from cityflow.errors import RunError
 from cityflow.flow import index
 from cityflow.flow.index import COLUMNS, DamagedIndexError
 from cityflow.flow.ledger_rows import INSERT, attempt_of, line_of, readable_record, row_values, unpacked
-from cityflow.flow.records import FOLDER, STARTED, encode, mark_path, quoted, record_path
+from cityflow.flow.records import FOLDER, STARTED, mark_path, quoted, record_path
 from cityflow.flow.row import NAMES, Line, Row
+from cityflow.flow.sealed import Sealed
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 
@@ -23,6 +25,9 @@ PARTS = 4
 """Of the path of a record: ``records/<stage>/<unit>/<attempt>.json``."""
 
 ROW = ", ".join("stage_name" if name == "stage" else name for name in NAMES)
+
+MOST_KEYS = 50_000
+"""Units whose names are held in memory; there are more only where a RUN of an earlier version has no segments yet. Set by hand."""
 
 TRIES = 5
 """To list and read files that another driver removes meanwhile, since they stand in a segment."""
@@ -44,7 +49,8 @@ class Loose:
     def __init__(self, store: Store) -> None:
         self._store = store
         self._db: sqlite3.Connection | None = None
-        self._version = -1
+        self._version = self._keys_version = -1
+        self._keys: set[tuple[str, str]] = set()
 
     def open(self) -> None:
         """Bring the index up to date. Raises RunError where there is no place for one."""
@@ -63,10 +69,9 @@ class Loose:
     def commit(self) -> None:
         self._sound(self._database.commit)
 
-    def add(self, record: Record) -> None:
-        text = encode(record)
-        stamp = self._store.stamp(record_path(record.stage, record.unit, record.attempt), text)
-        self._sound(lambda: self._insert([(record, text, stamp)]))
+    def add(self, record: Record, sealed: Sealed) -> None:
+        stamp = self._store.stamp(record_path(record.stage, record.unit, record.attempt), sealed.text)
+        self._sound(lambda: self._insert([(record, sealed, stamp)]))
 
     def add_mark(self, stage: str, unit: str, attempt: int) -> None:
         name = mark_path(stage, unit, attempt).rsplit("/", 1)[1]
@@ -79,6 +84,9 @@ class Loose:
             "WHERE stage = ? AND folder = ? AND body IS NOT NULL ORDER BY attempt DESC"
         )
 
+        if self._lacks(stage, folder):
+            return []
+
         def read() -> list[Held]:
             rows = self._database.execute(query, (stage, folder)).fetchall()
             return [Held(attempt, started, unpacked(*row)) for attempt, started, *row in rows]
@@ -88,12 +96,12 @@ class Loose:
     def has(self, stage: str, folder: str) -> bool:
         """Whether a unit has a record here."""
         query = "SELECT 1 FROM files WHERE stage = ? AND folder = ? AND body IS NOT NULL LIMIT 1"
-        return bool(self._rows(query, (stage, folder)))
+        return not self._lacks(stage, folder) and bool(self._rows(query, (stage, folder)))
 
     def mark(self, stage: str, folder: str) -> int:
         """The highest attempt that has a mark, or 0."""
         query = "SELECT MAX(attempt) FROM files WHERE stage = ? AND folder = ? AND body IS NULL"
-        return self._rows(query, (stage, folder))[0][0] or 0
+        return 0 if self._lacks(stage, folder) else self._rows(query, (stage, folder))[0][0] or 0
 
     def newest(self, stage: str | None = None) -> list[Row]:
         """The newest record of every unit, of one stage or all, in short."""
@@ -142,6 +150,14 @@ class Loose:
         self._version = version
         return {name for (name,) in self._rows("SELECT name FROM segments")}
 
+    def _lacks(self, stage: str, folder: str) -> bool:
+        """Whether nothing of a unit is here, from memory: nearly all that a run asks for is new. False in doubt."""
+        version = self._rows("PRAGMA data_version")[0][0]
+        if version != self._keys_version:
+            self._keys = set(self._rows("SELECT stage, folder FROM files LIMIT ?", (MOST_KEYS,)))
+            self._keys_version = version
+        return len(self._keys) < MOST_KEYS and (stage, folder) not in self._keys
+
     @property
     def _database(self) -> sqlite3.Connection:
         if self._db is None:
@@ -168,7 +184,7 @@ class Loose:
         if self._db is not None:
             self._db.close()
         self._db = index.connect(self._store, anew=True)
-        self._version = -1
+        self._version = self._keys_version = -1
         self._refreshed()
 
     def _checked(self) -> int:
@@ -219,14 +235,19 @@ class Loose:
         self._database.executemany(query, [(stage, folder, name) for folder, name in gone])
 
     def _moved(self, lines: Sequence[Line], segments: Sequence[str]) -> list[str]:
-        database, paths = self._database, []
+        database, paths, marks = self._database, list[str](), defaultdict[tuple[str, str], list[tuple[int, str]]](list)
+        for stage, folder, attempt, name in database.execute(
+            "SELECT stage, folder, attempt, name FROM files WHERE body IS NULL"
+        ):
+            marks[stage, folder].append((attempt, name))
         for line in lines:
-            unit = quoted(line.row.stage), quoted(line.row.unit)
             paths.append(record_path(line.row.stage, line.row.unit, line.row.attempt))
-            query = "SELECT name FROM files WHERE stage = ? AND folder = ? AND body IS NULL AND attempt <= ?"
-            marks = [name for (name,) in database.execute(query, (*unit, line.row.attempt))]
-            paths.extend(f"{FOLDER}/{unit[0]}/{unit[1]}/{name}" for name in marks)
-            self._forget(unit[0], [(unit[1], name) for name in (*marks, paths[-1 - len(marks)].rsplit("/", 1)[1])])
+            unit = quoted(line.row.stage), quoted(line.row.unit)
+            begun = [name for attempt, name in marks.get(unit, ()) if attempt <= line.row.attempt]
+            paths.extend(f"{FOLDER}/{unit[0]}/{unit[1]}/{name}" for name in begun)
+        gone = [path.split("/")[1:] for path in paths]
+        database.executemany("DELETE FROM files WHERE stage = ? AND folder = ? AND name = ?", gone)
+        self._keys_version = -1
         database.executemany("INSERT OR REPLACE INTO segments VALUES (?)", [(name,) for name in segments])
         database.commit()
         return paths
@@ -238,18 +259,20 @@ class Loose:
         taken = 0
         while batch := list(islice(read, BATCH)):
             found = ((readable_record(data, path), data, stamps[path]) for path, data in batch)
-            taken += self._insert([(record, data, stamp) for record, data, stamp in found if record is not None])
+            taken += self._insert([(r, Sealed.of_text(data, r), stamp) for r, data, stamp in found if r is not None])
         return taken
 
-    def _insert_marks(self, stage: str, marks: Iterable[tuple[str, str, str]]) -> None:
+    def _insert_marks(self, stage: str, marks: Sequence[tuple[str, str, str]]) -> None:
         rows = [
             (stage, folder, name, attempt, stamp, *[None] * 10)
             for folder, name, stamp in marks
             if (attempt := attempt_of(name)) is not None
         ]
         self._database.executemany(INSERT, [(*row, index.sum_of(row), None) for row in rows])
+        self._keys.update((stage, folder) for folder, _, _ in marks)
 
-    def _insert(self, records: Iterable[tuple[Record, bytes, str]]) -> int:
-        rows = [row_values(record, text, stamp) for record, text, stamp in records]
+    def _insert(self, records: Iterable[tuple[Record, Sealed, str]]) -> int:
+        rows = [row_values(*each) for each in records]
         self._database.executemany(INSERT, rows)
+        self._keys.update(row[:2] for row in rows)
         return len(rows)

@@ -5,13 +5,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 from uuid import uuid4
 
 from distributed import Client
 
-from cityflow.flow.attempt import run_attempt
+from cityflow.flow.attempt import run_sealed
 from cityflow.flow.completed import Completed
 from cityflow.flow.draft import Draft
 from cityflow.flow.drafted import Sent, run_draft
@@ -106,15 +105,14 @@ class Submission:
             task = self.inputs.ready(job.task)
             need_mb = max(job.least_mb, self._needs.of(task))
             asked_mb = offers.asked(need_mb, must=job.least_mb > 0)
-            ready = replace(job, task=task, need_mb=need_mb, asked_mb=asked_mb)
-            groups[ready.asked_mb].append(ready)
+            groups[asked_mb].append(job.asking(task, need_mb, asked_mb))
         for asked_mb, group in groups.items():
             drafts = [job.task for job in group if isinstance(job.task, Draft)]
             if drafts:
                 awaited = [[self._jobs[self._keys[node]].future for node in job.awaited] for job in group]
                 self._send_together(run_draft, group, asked_mb, [self._sent_of(draft) for draft in drafts], awaited)
             else:
-                self._send_together(run_attempt, group, asked_mb, [job.task for job in group])
+                self._send_together(run_sealed, group, asked_mb, [job.task for job in group])
 
     def _send_together(
         self, function: Callable[..., Any], jobs: Sequence[Job], asked_mb: float, what: Sequence[object], *awaited: Sequence[Any]
@@ -124,7 +122,7 @@ class Submission:
         futures = self._client.map(
             function, stores, what, attempts, needs, *awaited, key=keys, pure=False, retries=0, resources=resources(asked_mb)
         )  # fmt: skip
-        self._jobs.update((key, replace(job, future=f)) for key, job, f in zip(keys, jobs, futures, strict=True))
+        self._jobs.update((key, job.sent(f)) for key, job, f in zip(keys, jobs, futures, strict=True))
         self._keys.update((job.node, key) for key, job in zip(keys, jobs, strict=True))
         self.completed.update(futures)
 

@@ -23,10 +23,15 @@ class ViewIndex:
     ----------
     views : in the order that answers keep
     plans : of each the polygon, world metres, on which it may see something
+
+    Attributes
+    ----------
+    names : (N,) of the views, texts
     """
 
     def __init__(self, views: Sequence[View], plans: Sequence[shapely.Polygon]) -> None:
         self.views = views
+        self.names = np.array([v.name for v in views], object)
         self._tree = STRtree(plans)
         cameras: dict[Camera, int] = {}
         self._camera = np.array([cameras.setdefault(v.image.camera, len(cameras)) for v in views], np.int64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from cityflow.flow.ledger import State
+from cityflow.flow.state import State
 from cityflow.flow.task import Record, Task
 
 NAMED = 3

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import shapely
@@ -13,6 +14,7 @@ from cityflow.core.edits import edits_digest
 from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.splitting import FrameRasters, SplitEvidence, Splitting
+from cityflow.flow.json_writers import SHARED
 from cityflow.flow.stage import Cost, Node, Nodes, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
@@ -67,10 +69,10 @@ class SplitInputs(TaskInputs):
     """
 
     outline: OutlineAt
-    surfaces: Surfaces
+    surfaces: Annotated[Surfaces, SHARED]
     pieces: tuple[str, ...]
     pictures: bool
-    frames: tuple[FrameRaster, ...]
+    frames: Annotated[tuple[FrameRaster, ...], SHARED]
     edits: EditsField
     looks: bool
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.texture import FaceKey
 from cityflow.errors import CatalogError
+from cityflow.flow.json_writers import SHARED
 from cityflow.flow.stage import Cost, Node, Nodes, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
@@ -80,7 +82,7 @@ class TextureInputs(TaskInputs):
     hulls: Mapping[str, str]
     blocks: Mapping[str, FailedUnit]
     neighbours: tuple[str, ...]
-    surfaces: Surfaces
+    surfaces: Annotated[Surfaces, SHARED]
     colours: ColourInputs
     unread: tuple[str, ...]
     given_orthos: tuple[GivenOrtho, ...]

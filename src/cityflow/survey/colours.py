@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 from cityflow.flow.shared import SharedText
 from cityflow.flow.task import digest_of_members, member_of
 from cityflow.handover.colour_images import ColourInputs, views_text
-from cityflow.survey.results import Left, Results
+from cityflow.survey.results import Results
 from cityflow.survey.survey import Survey
 
 
@@ -58,26 +59,47 @@ class Colours:
 
 
 UNREAD = "unread"
-_KEPT: WeakKeyDictionary[Survey, dict[str, tuple[Left | None, str | None, str]]] = WeakKeyDictionary()
 
 
-def colours_of(survey: Survey, names: Iterable[str]) -> Colours:
+class _Source(NamedTuple):
+    """An image: where it was ingested to, None if it could not be read; its name with the digest of its contents, and with that of pose and balance."""
+
+    path: str | None
+    contents: str
+    view: str
+
+
+@dataclass(slots=True)
+class _Sources:
+    """Of the images that were asked for since a record of one was learned last."""
+
+    changes: int = -1
+    found: dict[str, _Source] = field(default_factory=dict)
+
+
+_KEPT: WeakKeyDictionary[Survey, _Sources] = WeakKeyDictionary()
+
+
+def colours_of(survey: Survey, names: Sequence[str]) -> Colours:
     """Of the images with these names, sorted."""
-    kept, results, images = _KEPT.setdefault(survey, {}), survey.results, survey.images
-    pixels, unread, members, views = dict[str, str](), list[str](), list[str](), list[str]()
+    kept, changes = _KEPT.setdefault(survey, _Sources()), survey.results.changes["ingest"]
+    if kept.changes != changes:
+        kept.changes, kept.found = changes, {}
     for name in names:
-        left, found = results.of("ingest", name), kept.get(name)
-        if found is None or found[0] is not left:
-            path = results.tiled_image(name)
-            digest = UNREAD if path is None else results.digest_of("ingest", name)
-            found = kept[name] = left, path, member_of(name, digest)
-        members.append(found[2])
-        if found[1] is None:
-            unread.append(name)
-        else:
-            pixels[name] = found[1]
-            views.append(images.shown(name).member)
-    return Colours(pixels, tuple(unread), digest_of_members(members), digest_of_members(views))
+        if name not in kept.found:
+            kept.found[name] = _source_of(survey, name)
+    found = [kept.found[name] for name in names]
+    read = [source for source in found if source.path is not None]
+    pixels = {name: source.path for name, source in zip(names, found, strict=True) if source.path is not None}
+    unread = tuple(name for name in names if name not in pixels) if len(pixels) < len(found) else ()
+    digest = digest_of_members([source.contents for source in found])
+    return Colours(pixels, unread, digest, digest_of_members([source.view for source in read]))
+
+
+def _source_of(survey: Survey, name: str) -> _Source:
+    path = survey.results.tiled_image(name)
+    digest = UNREAD if path is None else survey.results.digest_of("ingest", name)
+    return _Source(path, member_of(name, digest), survey.images.shown(name).member)
 
 
 def views_of(survey: Survey, names: Iterable[str]) -> SharedText:

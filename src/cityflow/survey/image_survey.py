@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -238,10 +239,8 @@ class ImageSurvey:
         rank = np.empty(len(box), np.int64)
         rank[nearest] = np.arange(len(box)) - first[box]
         kept = rank < np.asarray(most)[box]
-        names: list[list[str]] = [[] for _ in range(len(bounds))]
-        for k, i in zip(box[kept].tolist(), view[kept].tolist(), strict=True):
-            names[k].append(self._shown.views[i].name)
-        return names
+        names, ends = self._shown.names[view[kept]].tolist(), np.searchsorted(box[kept], np.arange(len(bounds) + 1))
+        return [names[begin:end] for begin, end in pairwise(ends.tolist())]
 
     def _views_over(self, bounds: Bounds) -> list[View]:
         return [self._seen.views[i] for i in self._seen.over(bounds).tolist()]

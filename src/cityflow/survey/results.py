@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from sys import intern
@@ -53,16 +54,19 @@ class Results:
     Attributes
     ----------
     recall : asked for a task that nobody has told of: may have its record learned
+    changes : stage → records learned so far; answers about a stage hold as long as its number stays
     """
 
     def __init__(self, recall: Callable[[Node], None] = nothing) -> None:
         self.recall = recall
+        self.changes: Counter[str] = Counter()
         self._left: dict[str, dict[str, Left]] = {}
         self._refused: dict[Node, dict[str, str]] = {}
 
     def learn(self, record: Record) -> None:
         """Keep what later tasks ask of a record."""
         node = record.stage, record.unit
+        self.changes[record.stage] += 1
         outputs = record.outputs
         if record.stage == RECONSTRUCT:
             outputs = {p: d for p, d in outputs.items() if p.endswith(HULL)}
@@ -163,9 +167,9 @@ class Results:
 
     def hulls(self, units: Iterable[str]) -> tuple[dict[str, str], dict[str, str]]:
         """Unit → where its hull is written, of those that have one; and ``hull UNIT`` → `digest_of_hull`, of all."""
-        paths, digests = dict[str, str](), dict[str, str]()
+        paths, digests, known = dict[str, str](), dict[str, str](), self.of_stage(RECONSTRUCT)
         for unit in units:
-            left = self.of(RECONSTRUCT, unit)
+            left = known.get(unit) or self.of(RECONSTRUCT, unit)
             if left is not None and left.paths:
                 paths[unit], digests[f"hull {unit}"] = left.paths[0], left.sums[0]
             else:

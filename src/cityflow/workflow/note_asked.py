@@ -6,8 +6,9 @@ from collections import defaultdict
 from dataclasses import replace
 
 from cityflow.flow.exclusive import is_held
-from cityflow.flow.ledger import Ledger, State
+from cityflow.flow.ledger import Ledger
 from cityflow.flow.some_units import SomeUnits
+from cityflow.flow.state import State
 from cityflow.flow.task import Record, Task
 from cityflow.pipeline.city_part import CityPart
 from cityflow.pipeline.pipeline import in_flow_order

@@ -12,9 +12,10 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from cityflow.flow.ledger import Ledger, State
+from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress_counts import duration
 from cityflow.flow.stage import Cost
+from cityflow.flow.state import State
 from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.pipeline import in_flow_order

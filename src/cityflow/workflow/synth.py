@@ -18,9 +18,10 @@ from cityflow.core.parameters import merged
 from cityflow.errors import RunError, WorkflowError
 from cityflow.flow.cluster import connect, threads_of
 from cityflow.flow.executor import run_tasks
-from cityflow.flow.ledger import Ledger, State
+from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import watcher
 from cityflow.flow.progress_counts import Expected
+from cityflow.flow.state import State
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
 from cityflow.io.crs import resolve

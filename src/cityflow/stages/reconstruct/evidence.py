@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NoReturn
+from typing import Annotated, NoReturn
 
 import numpy as np
 import shapely
@@ -22,6 +22,7 @@ from cityflow.core.points import (
 from cityflow.core.reconstruction import Evidence, HeightRaster, Picture
 from cityflow.core.wall_points import WallPoints
 from cityflow.errors import CityflowError, RefusedUnit
+from cityflow.flow.json_writers import SHARED
 from cityflow.flow.store import Store
 from cityflow.flow.typed import TaskInputs
 from cityflow.geometry.outline_distances import distances_to_outline
@@ -72,7 +73,7 @@ class EvidenceInputs(TaskInputs):
     unread: tuple[str, ...]
     walls: tuple[str, ...]
     failed_surfaces: tuple[str, ...]
-    surfaces: Surfaces
+    surfaces: Annotated[Surfaces, SHARED]
     own_orthos: bool
     given_orthos: tuple[GivenOrtho, ...]
     crs: str

@@ -1,0 +1,25 @@
+"""Python's collection of garbage while a driver runs."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+YOUNG = 20_000
+"""New objects after which the youngest are looked through; Python's own 700 are those of a single task. Set by hand."""
+
+
+@contextmanager
+def seldom_collected() -> Iterator[None]:
+    """What there is already (modules, catalog, poses) is left alone, and what is new is looked through seldom: nearly all of it goes by itself."""
+    before, is_frozen = gc.get_threshold(), gc.get_freeze_count() > 0
+    if not is_frozen:
+        gc.freeze()
+    gc.set_threshold(max(YOUNG, before[0]), *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+        if not is_frozen:
+            gc.unfreeze()
