@@ -32,7 +32,9 @@ from cityflow.flow.draft import Draft
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Record, Task
 from cityflow.handover.depth_map_files import depth_map_name
+from cityflow.handover.fused import FUSED
 from cityflow.handover.summary import SUMMARY
+from cityflow.handover.vote_files import VOTES
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset
 from cityflow.io.crs import resolve
 from cityflow.pipeline.city_source import CitySource
@@ -132,7 +134,7 @@ def _unit(tile: str, path: str, k: int) -> dict[str, Any]:
 
 
 ANSWERS: Mapping[str, Callable[[Task], tuple[dict[str, str], dict[str, Any]]]] = {
-    "ingest": _files("image.tif"), "match": _depth_maps, "fuse": _files("fused.cfa"), "walls": _files("walls.cfa"),
+    "ingest": _files("image.tif"), "match": _depth_maps, "fuse": _files(FUSED, VOTES), "walls": _files("walls.cfa"),
     "surface": _files("dsm.tif", "dtm.tif", "points.laz", *(f"layer{k}" for k in range(16))), "ortho": _files("ortho.tif", "a", "b"),
     "frame": _files("dsm", "ortho"), "outline": _outlines("outline"), "split": _files("split.json"), "units": _outlines("units"),
     "reconstruct": _files("candidates.city.jsonl", "hull.city.jsonl"), "texture": _files("texture.cfa"), "windows": _files("windows.json"),

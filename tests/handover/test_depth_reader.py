@@ -77,7 +77,7 @@ def test_votes_of_each_tile_give_the_points_of_who_compares_all(
         assert same(found.points, whole.points, bounds) > 10_000
     votes = tuple(f"work/fuse/{path.rsplit('/', 1)[1].removesuffix('.cfd')}/{VOTES}" for path in paths)
     taken = checked_points(
-        store, CheckedInputs(tuple(paths), votes, tuple(images), 3), partial(within, bounds=everything)
+        store, CheckedInputs(tuple(paths), votes, (), tuple(images), 3), partial(within, bounds=everything)
     )
     for bounds in (everything, TILES["west"], (-3.0, -4.0, 5.0, 1.0)):
         assert same(taken, whole.points, bounds) > 1_000

@@ -150,6 +150,20 @@ def whole() -> list[Task]:
     return run_through(CitySource(CATALOG, parameters()))
 
 
+def test_a_tile_whose_depths_could_not_be_compared_is_named(whole: list[Task]) -> None:
+    """Nothing is read of it, and whoever would have read it says so."""
+    tile = "10_20"
+    tasks = run_through(CitySource(CATALOG, parameters()), 0, [f"fuse-{tile}"])
+    readers = [t for t in tasks if t.stage in ("walls", "frame") and tile in t.arguments["depths"]["missing"]]
+    assert {t.stage for t in readers} == {"walls", "frame"}
+    before = {t.name: t for t in whole}
+    for task in readers:
+        maps = task.arguments["depths"]["maps"]
+        assert not any(path.endswith(f"/{tile}.cfd") for path in maps)
+        assert set(maps) == {p for p in before[task.name].arguments["depths"]["maps"] if not p.endswith(f"/{tile}.cfd")}
+        assert task.digest != before[task.name].digest
+
+
 def test_outlines_are_forgotten_when_all_units_around_are_known() -> None:
     source = CitySource(CATALOG, parameters())
     split = [t.unit for t in run_through(source, 3) if t.stage == "split"]

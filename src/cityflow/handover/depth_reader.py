@@ -20,7 +20,7 @@ from cityflow.handover.vote_files import decode_votes
 from cityflow.surface.witnesses import Witness, WitnessParameters, without_refuted, words_for
 
 VERSION = 2
-"""Of what is refuted."""
+"""Of what is refuted; a change of how the votes are read is one of the stages that read them."""
 POINTS_KEPT = 15_000_000
 """Of some 40 bytes each."""
 
@@ -53,11 +53,13 @@ class CheckedInputs(TaskInputs):
     Attributes
     ----------
     maps : RUN-relative paths, sorted by flight tile;  votes : for each of them, that of the votes over its ground tile
+    missing : ground tiles whose depths could not be compared: nothing is read of them
     references, bands : as in `DepthInputs`
     """
 
     maps: tuple[str, ...]
     votes: tuple[str, ...]
+    missing: tuple[str, ...]
     references: tuple[OrientedField, ...]
     bands: int
 
@@ -112,13 +114,13 @@ def compared(store: Store, given: DepthInputs, around: Bounds) -> Compared:
     """Compare depth maps with each other; nothing that stands beyond `around` is ever asked for."""
     images = {image.name: image for image in given.references}
     parts: dict[str, list[DepthMap]] = {}
-    place: dict[str, DepthMap] = {}
+    maps: dict[str, DepthMap] = {}
     for path in given.maps:
-        place[path] = found = decode_depth_map(store.read_bytes(path), colour=False)
+        maps[path] = found = decode_depth_map(store.read_bytes(path), colour=False)
         parts.setdefault(found.image, []).append(found)
     witnesses = [Witness.of(images[n], parts[n]) for n in sorted(parts)]
     words = words_for(witnesses, around, given.witnesses)
-    votes = {path: (m.image, words[m.image].over(m)) for path, m in place.items()}
+    votes = {path: (m.image, words[m.image].over(m)) for path, m in maps.items()}
     inside = partial(within, bounds=around)
 
     def read(path: str) -> ImagePoints:

@@ -22,6 +22,7 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.colour_images import ColourInputs
 from cityflow.handover.depth_reader import CheckedInputs, checked_points, within
 from cityflow.handover.field_types import FrameField
+from cityflow.handover.fused import UNMATCHED
 from cityflow.handover.layer_files import store_layers, store_ortho
 from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
 from cityflow.surface.ortho_reach import hiding_reach
@@ -36,7 +37,7 @@ from cityflow.survey.surface_source import FRAMES, IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "frame"
-VERSION = 6
+VERSION = 7
 EMPTY = "no image of this direction has depths here"
 EVERYWHERE: Bounds = (-np.inf, -np.inf, np.inf, np.inf)
 ROUNDED_M = 1e-3
@@ -133,10 +134,12 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     """Turn points and images into the local frame, then fuse and colour as for the world."""
     given, parameters = task.arguments_as(FrameInputs), task.parameters_as(FrameParameters)
     frame, fusing, cell_m = given.frame, parameters.fuse, given.grid.cell
+    without = [UNMATCHED.format(f"tile {t}") for t in given.depths.missing]
+    status = Status.DEGRADED if without else Status.DONE
     shown = given.colours.opened(workspace.store)
     points, reach_m = _in_frame(workspace.store, given, [i.image for i in shown], parameters)
     if not len(points) or not shown:
-        return workspace.outcome(Status.DONE, EMPTY, {"digest": "empty", "points": 0})
+        return workspace.outcome(status, "; ".join([EMPTY, *without]), {"digest": "empty", "points": 0})
     core, wide = Grid.covering(given.bounds, cell_m), Grid.covering(grown(given.bounds, reach_m), cell_m)
     fused = fuse(points, wide, fusing)
     whole_surface = fill_steps(fused, fusing).astype(np.float32)
@@ -146,27 +149,29 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     zarr, whole = f"{FRAMES}/{frame.name}", given.grid
     digest = store_layers(workspace, zarr, whole, core, _layers(fused, whole_surface, part))
     digest += store_ortho(workspace, zarr, whole, core, made)
-    return workspace.outcome(
-        result={"digest": digest_of(digest), "points": len(points), "seen": float(made.mask.mean())}
-    )
+    figures = {"digest": digest_of(digest), "points": len(points), "seen": float(made.mask.mean())}
+    return workspace.outcome(status, "; ".join(without), figures)
 
 
 def _in_frame(
     store: Store, given: FrameInputs, images: Sequence[OrientedImage], p: FrameParameters
 ) -> tuple[ImagePoints, float]:
     """The points over the tile, with all that can hide it from the images, in the frame; and how far around, metres."""
-    frame, least_m = given.frame, p.fuse.reach_m(given.grid.cell)
-    widest = grown(given.bounds, max(least_m, p.ortho.halo_m) + given.grid.cell)
+    frame, cell_m, least_m = given.frame, given.grid.cell, p.fuse.reach_m(given.grid.cell)
+    widest = grown(given.bounds, max(least_m, p.ortho.halo_m) + cell_m)
     reader = checked_points(store, given.depths, lambda xyz: within(frame.from_world(xyz), grown(widest, ROUNDED_M)))
     world = reader(EVERYWHERE)
     points = world.rotated(frame.frame_from_world, frame.origin)
-    own = within(points.xyz, given.bounds)
-    if not own.any():
-        return points.take(own), least_m
-    heights = float(world.xyz[own, 2].min()), float(world.xyz[:, 2].max())
-    hiding_m = hiding_reach(images, frame, given.bounds, heights)
-    reach_m = max(least_m, min(hiding_m, p.ortho.halo_m))
-    return points.take(within(points.xyz, grown(given.bounds, reach_m + given.grid.cell))), reach_m
+    near = within(points.xyz, grown(given.bounds, least_m))
+    if not near.any():
+        return points.take(near), least_m
+    # holes are filled with heights of places so far away, which lie lower in a tilted frame
+    lowest = float(world.xyz[near, 2].min()) - p.fuse.fill_m * float(np.sqrt(1.0 - frame.frame_from_world[2, 2] ** 2))
+    hiding_m = hiding_reach(images, frame, given.bounds, (lowest, float(world.xyz[:, 2].max())))
+    # what hides is itself fused with its surroundings, and widened
+    around_m = (p.fuse.halo_cells + p.ortho.widened_cells + 1) * cell_m
+    reach_m = max(least_m, min(float(np.ceil(min(hiding_m, 1e6))) + around_m, p.ortho.halo_m))
+    return points.take(within(points.xyz, grown(given.bounds, reach_m + cell_m))), reach_m
 
 
 def _layers(fused: Fused, surface: Float32Array, part: tuple[slice, slice]) -> dict[str, np.ndarray]:
@@ -191,7 +196,7 @@ def _starts(city: City, ended: Node) -> Iterable[str]:
 STAGE = Stage(
     name=NAME,
     unit="tile of a local reference frame",
-    text="depth maps of one cluster of oblique views → tilted DSM, true oblique ortho, on the frame's own grid",
+    text="depth maps with their votes of one cluster of oblique views → tilted DSM, true oblique ortho, on the frame's own grid",
     needs=(_points,),
     task=task_by(recipe),
     draft=draft_by(recipe),

@@ -6,12 +6,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 
+from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, grown
 from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.depth_reader import CheckedInputs, checked_points, within
+from cityflow.handover.fused import UNMATCHED
 from cityflow.handover.wall_point_files import encode_walls
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.survey.city import City
@@ -70,7 +72,9 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     points = checked_points(workspace.store, given.depths, partial(within, bounds=around))(around)
     found = find_wall_points(points, parameters).within(given.bounds)
     workspace.write(WALLS, encode_walls(found))
-    return workspace.outcome(result={"points": len(points), "wall_points": len(found)})
+    without = "; ".join(UNMATCHED.format(f"tile {t}") for t in given.depths.missing)
+    status = Status.DEGRADED if without else Status.DONE
+    return workspace.outcome(status, without, {"points": len(points), "wall_points": len(found)})
 
 
 def _points(city: City, name: str) -> Iterable[Node]:
@@ -80,7 +84,7 @@ def _points(city: City, name: str) -> Iterable[Node]:
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
-    text="depth maps → points on façades, with the side that they are seen from",
+    text="depth maps with their votes → points on façades, with the side that they are seen from",
     needs=(_points,),
     task=task_by(recipe),
     draft=draft_by(recipe),

@@ -11,7 +11,7 @@ from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds
 from cityflow.core.local_frame import LocalFrame
 
-BORDER_STEPS = 9
+BORDER_STEPS = 33
 """Places along each side of a picture whose rays bound its view; they bend little between."""
 
 

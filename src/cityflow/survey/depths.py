@@ -83,18 +83,21 @@ class CheckedSources:
         return [*compared, *dict.fromkeys((MATCH, part.unit) for part in self.parts.values())]
 
     def inputs(self, results: Results) -> tuple[dict[str, str], CheckedInputs]:
-        """Digests of what the task reads, and where it is; of a tile whose depths could not be compared, nothing."""
-        votes = {t: results.output_of(FUSE, t, VOTES) for t in dict.fromkeys(p.tile for p in self.parts.values())}
+        """Digests of what the task reads, and where it is; of a tile whose depths could not be compared, that it is missing."""
+        over = dict.fromkeys(p.tile for p in self.parts.values())
+        missing = tuple(t for t in over if results.has_failed(FUSE, t))
+        votes = {t: results.output_of(FUSE, t, VOTES) for t in over}
         there = {t: left for t, left in votes.items() if left is not None}
         maps = _maps({f: p for f, p in self.parts.items() if p.tile in there}, results)
         tiles = {f: self.parts[f].tile for f in maps}
         images = [self.images[n] for n in sorted({self.parts[f].reference for f in maps})]
         inputs = {
             **{f"depths {f}": digest for f, (_, digest) in maps.items()}, "poses": _digest_of_poses(images),
-            **{f"votes {t}": there[t][1] for t in dict.fromkeys(tiles.values())},
+            **{f"votes {t}": there[t][1] for t in dict.fromkeys(tiles.values())}, **{f"votes {t}": "missing" for t in missing},
         }  # fmt: skip
         paths = tuple(path for path, _ in maps.values())
-        return inputs, CheckedInputs(paths, tuple(there[t][0] for t in tiles.values()), tuple(images), self.bands)
+        found = tuple(there[t][0] for t in tiles.values())
+        return inputs, CheckedInputs(paths, found, missing, tuple(images), self.bands)
 
 
 def _maps(parts: Mapping[str, DepthPart], results: Results) -> dict[str, tuple[str, str]]:
