@@ -55,7 +55,7 @@ INSIDE_M = 2.0
 SMALL_PICTURES = ("flight.width_px=1500", "flight.height_px=1000")
 ASKED = {
     "nmad_gsd": "≤ 0.5", "within": "≥ 98.5 %", "completeness": "≥ 99 %", "rim": "≥ 93 %",
-    "covered": "≥ 80 %", "wall_nmad_gsd": "≤ 1.5", "match_ratio": "≤ 1.5",
+    "covered": "≥ 80 %", "wall_nmad_gsd": "≤ 1.5",
 }  # fmt: skip
 
 
@@ -157,9 +157,7 @@ def table(run: Path, judge: Judge) -> dict[str, float]:
         "wall_bias_gsd": walls.bias / judge.cell_m, "wall_area_m2": walls.area_m2,
     }  # fmt: skip
     figures |= terrain_figures(surface, judge)
-    stages = stage_figures(run)
-    figures["match_ratio"] = stages["match"]["seconds"] / max(stages["match"]["sgm_seconds"], 1e-9)
-    for stage, values in stages.items():
+    for stage, values in stage_figures(run).items():
         figures |= {f"{stage}_{k}": v for k, v in values.items() if k != "sgm_seconds" or stage == "match"}
     return figures
 
