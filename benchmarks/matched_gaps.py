@@ -29,7 +29,6 @@ from cityflow.synthetic.flight_presets import preset
 from cityflow.synthetic.town import Town
 from cityflow.synthetic.town_terraces import RowGaps
 from cityflow.workflow.synth import make_survey
-from cityflow.workflow.synth_files import PoseNoise
 from drawn_town import table
 from narrow_gaps_images import blocks_cut, gaps_parted, owner_of
 
@@ -53,7 +52,7 @@ def run_of(folder: Path, p: SynthParameters, roofed: float, more: list[str]) -> 
     """Made and run, unless it is there."""
     survey = folder / f"s{p.seed}_{p.size[0]:g}_{roofed:g}"
     if not (survey / "synth.json").exists():
-        make_survey(survey, p, PoseNoise(), "", 1, Console(stderr=True), next_step=False)
+        make_survey(survey, p, "", 1, Console(stderr=True), next_step=False)
     run = survey / "run"
     if not (run / "products" / "outlines.gpkg").exists():
         settings = [word for s in (*SETTINGS, *more) for word in ("--set", s)]

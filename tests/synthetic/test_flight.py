@@ -13,7 +13,7 @@ from cityflow.errors import CityflowError
 from cityflow.synthetic.flight import FlightParameters, Head, plan_flight
 from cityflow.synthetic.flight_presets import PRESETS, preset
 from cityflow.synthetic.footprints import ground_quad
-from cityflow.synthetic.pose_noise import with_pose_noise
+from cityflow.synthetic.pose_noise import PoseErrors, station_of, with_pose_noise
 
 BOUNDS = (85000.0, 447000.0, 85300.0, 447200.0)
 GROUND = 12.0
@@ -142,12 +142,52 @@ def test_attitude_jitter_is_as_strong_as_asked_and_repeatable() -> None:
 
 def test_pose_noise_has_the_sigma_asked_for_and_knows_no_order() -> None:
     images = plan_flight((0, 0, 500, 500), 0.0, preset("five_cameras", **EXACT))
-    noisy = with_pose_noise(images, 0.05, 1e-4, seed=3)
+    errors = PoseErrors(position_m=0.05, angle_deg=float(np.degrees(1e-4)))
+    noisy = with_pose_noise(images, errors, seed=3)
     shifts = np.array([b.centre - a.centre for a, b in zip(images, noisy, strict=True)])
     turns = [b.rotation @ a.rotation.T for a, b in zip(images, noisy, strict=True)]
     angles = np.array([[t[2, 1], t[0, 2], t[1, 0]] for t in turns])
     assert len(images) > 500
     assert shifts.std(axis=0) == pytest.approx(0.05, rel=0.12)
     assert angles.std(axis=0) == pytest.approx(1e-4, rel=0.12)
-    backwards = with_pose_noise(images[::-1], 0.05, 1e-4, seed=3)[::-1]
+    backwards = with_pose_noise(images[::-1], errors, seed=3)[::-1]
     assert all((a.centre == b.centre).all() for a, b in zip(noisy, backwards, strict=True))
+
+
+def test_an_angle_in_pixels_moves_the_image_centre_by_as_many() -> None:
+    images = plan_flight((0, 0, 500, 500), 0.0, preset("five_cameras", **EXACT))
+    noisy = with_pose_noise(images, PoseErrors(angle_px=0.4), seed=3)
+    off = []
+    for true, given in zip(images, noisy, strict=True):
+        aim = true.centre + 100.0 * true.rotation[2]
+        off.append(given.project(aim[None])[0][0] - (true.camera.cx, true.camera.cy))
+    assert np.std(off, axis=0) == pytest.approx(0.4, rel=0.1)
+
+
+def test_heads_that_are_off_together_keep_their_relative_poses() -> None:
+    images = plan_flight((0, 0, 100, 100), 0.0, preset("five_cameras", **EXACT))
+    noisy = with_pose_noise(images, PoseErrors(position_m=1.0, angle_deg=0.5, together=True), seed=3)
+    by_station: dict[str, list[int]] = {}
+    for k, image in enumerate(images):
+        by_station.setdefault(station_of(image.name), []).append(k)
+    moved = set()
+    for heads in by_station.values():
+        for k in heads[1:]:
+            before, after = (i[k].rotation @ i[heads[0]].rotation.T for i in (images, noisy))
+            assert after == pytest.approx(before, abs=1e-12)
+            assert (noisy[k].centre == noisy[heads[0]].centre).all()
+        moved.add(round(float(np.linalg.norm(noisy[heads[0]].centre - images[heads[0]].centre)), 6))
+    assert len(moved) == len(by_station) > 3
+    assert min(moved) > 0
+    with pytest.raises(ValueError, match="their pixels differ"):
+        PoseErrors(together=True, angle_px=0.4)
+
+
+def test_a_nominal_camera_has_the_data_sheets_numbers() -> None:
+    flight = preset("nadir", **EXACT, distortion=(-0.05, 0.02), principal_px=(7.0, -4.0))
+    images = plan_flight((0, 0, 100, 100), 0.0, flight)
+    given = with_pose_noise(images, PoseErrors(interior="nominal", focal_share=0.01), seed=3)[0]
+    assert given.camera.is_pinhole
+    assert (given.camera.cx, given.camera.cy) == (750.0, 500.0)
+    assert given.camera.fx == pytest.approx(1.01 * images[0].camera.fx)
+    assert (given.rotation == images[0].rotation).all()

@@ -8,8 +8,8 @@ import pytest
 from rich.console import Console
 
 from cityflow.errors import CityflowError, RunError
+from cityflow.synthetic.pose_noise import PoseErrors
 from cityflow.workflow.synth import make_survey, synth_parameters
-from cityflow.workflow.synth_files import PoseNoise
 
 
 def test_options_become_parameters() -> None:
@@ -41,8 +41,20 @@ def test_wrong_options_are_explained(size: str, flight: str, lidar: float, setti
     assert said in str(caught.value)
 
 
+def test_a_condition_changes_pictures_and_poses_and_settings_go_before_it() -> None:
+    clean = synth_parameters(3, "120x80", "nadir", 0.0, [])
+    spoiled = synth_parameters(3, "120x80", "nadir", 0.0, ["given.position_m=0.5"], suffers="spoiled")
+    assert clean.given == PoseErrors()
+    assert (spoiled.given.position_m, spoiled.given.angle_px, spoiled.jpeg_quality) == (0.5, 0.4, 60)
+    assert spoiled.render.sensor.blur_px > clean.render.sensor.blur_px
+    assert spoiled.render.sensor.vignetting == clean.render.sensor.vignetting
+    assert [i.name for i in spoiled.images] == [i.name for i in clean.images]
+    with pytest.raises(CityflowError, match="no condition is called 'awful' → one of clean, spoiled"):
+        synth_parameters(3, "120x80", "nadir", 0.0, [], suffers="awful")
+
+
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("all of it")
     with pytest.raises(RunError, match="not empty"):
-        make_survey(tmp_path, synth_parameters(1, "100", "none", 2.0, []), PoseNoise(), "", 1, Console(quiet=True))
+        make_survey(tmp_path, synth_parameters(1, "100", "none", 2.0, []), "", 1, Console(quiet=True))
     assert [p.name for p in tmp_path.iterdir()] == ["thesis.txt"]

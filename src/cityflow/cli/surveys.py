@@ -23,12 +23,15 @@ def synth(
     flight: Annotated[str, typer.Option(help="five_cameras, crossing, five_heads, nadir, or none")] = "five_cameras",
     lidar: Annotated[float, typer.Option(min=0, help="Pulses per square metre of a LiDAR survey; 0: none")] = 0.0,
     raw: Annotated[bool, typer.Option("--raw", help="Also write raw images and calibration frames")] = False,
+    condition: Annotated[
+        str, typer.Option(help="clean, or spoiled: blur, noise, exposures, JPEG 60, and each pose off by itself")
+    ] = "clean",
     pose_noise: Annotated[
-        tuple[float, float],
+        tuple[float, float] | None,
         typer.Option(
             min=0, metavar="M DEG", help="Errors of the catalog's poses: metres and degrees (standard deviations)"
         ),
-    ] = (0.0, 0.0),
+    ] = None,
     settings: Annotated[
         list[str] | None,
         typer.Option(
@@ -43,10 +46,10 @@ def synth(
     """Make a synthetic survey with its truth: town, images, LiDAR, catalog; existing parts are kept."""
     look_at_settings(settings or [], SYNTH)
     from cityflow.workflow.synth import make_survey, synth_parameters
-    from cityflow.workflow.synth_files import PoseNoise
 
-    made = synth_parameters(seed, size, flight, lidar, settings or [], raw)
-    make_survey(out, made, PoseNoise(*pose_noise), scheduler, workers, options.console)
+    noise = [] if pose_noise is None else [f"given.position_m={pose_noise[0]}", f"given.angle_deg={pose_noise[1]}"]
+    made = synth_parameters(seed, size, flight, lidar, [*noise, *(settings or [])], raw, condition)
+    make_survey(out, made, scheduler, workers, options.console)
 
 
 def demo(

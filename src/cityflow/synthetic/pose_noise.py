@@ -1,28 +1,79 @@
-"""Poses as they are after an adjustment: a little wrong."""
+"""An orientation as it is handed over: poses a little wrong, cameras perhaps those of the data sheet."""
 
 from __future__ import annotations
 
 import zlib
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
+from pydantic import Field, model_validator
 
-from cityflow.core.camera import OrientedImage
+from cityflow.core.camera import Camera, OrientedImage
+from cityflow.core.parameters import Parameters
 from cityflow.synthetic.flight import small_rotation
 
 
-def with_pose_noise(
-    images: Sequence[OrientedImage], sigma_xyz_m: float, sigma_angle_rad: float, seed: int
-) -> tuple[OrientedImage, ...]:
-    """The same images with normal errors of centre (per axis) and rotation (about each camera axis).
+class PoseErrors(Parameters):
+    """How far the given orientation is off; normal errors, per axis."""
 
-    An image's error depends on its name and the seed alone, not on which other images there are.
+    position_m: float = Field(0.0, ge=0, le=100, description="of projection centres, metres (standard deviation)")
+    angle_deg: float = Field(
+        0.0, ge=0, le=30, description="of rotations about each camera axis, degrees (standard deviation)"
+    )
+    angle_px: float = Field(
+        0.0, ge=0, le=100, description="the same in pixels of the image centre, added to it (standard deviation)"
+    )
+    together: bool = Field(
+        False,
+        description="heads of one station are off alike, so that their relative poses are true; else each by itself",
+    )
+    interior: Literal["true", "nominal"] = Field(
+        "true", description="nominal: cameras without distortion, principal point in the image centre"
+    )
+    focal_share: float = Field(
+        0.0, gt=-0.5, lt=0.5, description="by which the given focal lengths are too long, share of the true ones"
+    )
+
+    @model_validator(mode="after")
+    def _one_angle_for_all_heads(self) -> PoseErrors:
+        if self.together and self.angle_px:
+            raise ValueError(
+                "heads that are off together turn by one angle, but their pixels differ: angle_deg, not angle_px"
+            )
+        return self
+
+    def angle_rad(self, camera: Camera) -> float:
+        """Standard deviation of a camera's rotation about each of its axes, radians."""
+        return float(np.hypot(np.radians(self.angle_deg), self.angle_px / camera.fx))
+
+
+def station_of(name: str) -> str:
+    """What images of one station have in common: their name without the head."""
+    return name.rpartition("_")[0] or name
+
+
+def with_pose_noise(images: Sequence[OrientedImage], errors: PoseErrors, seed: int) -> tuple[OrientedImage, ...]:
+    """The same images with the orientation that is given.
+
+    An image's error depends on its name and the seed alone, not on which other images there are. Where heads are off together, the rotation is about
+    the axes of the world.
     """
-    return tuple(_moved(image, sigma_xyz_m, sigma_angle_rad, seed) for image in images)
+    return tuple(_moved(image, errors, seed) for image in images)
 
 
-def _moved(image: OrientedImage, sigma_xyz_m: float, sigma_angle_rad: float, seed: int) -> OrientedImage:
-    errors = np.random.default_rng([seed, 11, zlib.crc32(image.name.encode())]).normal(0.0, 1.0, 6)
-    turn = small_rotation(errors[3:] * sigma_angle_rad)
-    return replace(image, centre=image.centre + errors[:3] * sigma_xyz_m, rotation=turn @ image.rotation)
+def _moved(image: OrientedImage, errors: PoseErrors, seed: int) -> OrientedImage:
+    key = station_of(image.name) if errors.together else image.name
+    normal = np.random.default_rng([seed, 11, zlib.crc32(key.encode())]).normal(0.0, 1.0, 6)
+    turn = small_rotation(normal[3:] * errors.angle_rad(image.camera))
+    rotation = image.rotation @ turn if errors.together else turn @ image.rotation
+    centre = image.centre + normal[:3] * errors.position_m
+    return replace(image, camera=_given(image.camera, errors), rotation=rotation, centre=centre)
+
+
+def _given(camera: Camera, errors: PoseErrors) -> Camera:
+    if errors.interior == "nominal":
+        camera = replace(camera.pinhole, cx=camera.width / 2, cy=camera.height / 2)
+    longer = 1.0 + errors.focal_share
+    return replace(camera, fx=camera.fx * longer, fy=camera.fy * longer)

@@ -25,7 +25,6 @@ from cityflow.synthetic.flight_presets import preset
 from cityflow.workflow.run import run_workflow
 from cityflow.workflow.serve import view_runs
 from cityflow.workflow.synth import make_survey
-from cityflow.workflow.synth_files import PoseNoise
 
 SURVEY = "flight_survey"
 AROUND_M = 45.0
@@ -95,7 +94,7 @@ def run_demo(
             if city is FLIGHT:
                 made = flight_parameters(seed)
                 catalog, aoi = out / SURVEY / "catalog", ",".join(f"{v:g}" for v in grown(made.area, AROUND_M))
-                make_survey(out / SURVEY, made, PoseNoise(), address, workers, console, next_step=False)
+                make_survey(out / SURVEY, made, address, workers, console, next_step=False)
             run_workflow(workflow, str(catalog), str(out / city.name), (), aoi, address, workers, console, talk)
             summaries.append(_summary(city, out / city.name, time.monotonic() - begun))
     runs = [str(out / c.name) for c in wanted]

@@ -29,30 +29,34 @@ from cityflow.runs.known_keys import SYNTH, known_keys
 from cityflow.runs.settings import explain_invalid, parse_setting
 from cityflow.stages.synth import STAGES, SynthSource
 from cityflow.stages.synth.synthetic_survey import SynthParameters
+from cityflow.synthetic.conditions import CLEAN, condition
 from cityflow.synthetic.flight_presets import PRESETS
-from cityflow.workflow.synth_files import PoseNoise, describe_survey
+from cityflow.workflow.synth_files import describe_survey
 
 SECONDS_A_PART = 2.0
 """Of a picture or a tile, before some are made."""
 NO_FLIGHT = "none"
 DESCRIPTION = "synth.json"
-FORMAT = 2
+FORMAT = 3
 """Raised when the files that the driver writes change."""
 
 
 def synth_parameters(
-    seed: int, size: str, flight: str, lidar: float, settings: Sequence[str], raw: bool = False
+    seed: int, size: str, flight: str, lidar: float, settings: Sequence[str], raw: bool = False, suffers: str = CLEAN
 ) -> SynthParameters:
-    """The parameters of a synthetic survey from the options of the command.
+    """The parameters of a synthetic survey from the options of the command; settings go before what the condition `suffers` says.
 
     Raises
     ------
+    CityflowError
+        No condition has this name.
     WorkflowError
         The size is not two numbers, no flight has this name, a key is unknown or a value does not fit.
     """
     tree: dict[str, Any] = {"seed": seed, "size": _size(size), "flight": _flight(flight)}
     tree |= {"lidar": {"density_m2": lidar}} if lidar > 0 else {}
     tree |= {"raw": {}} if raw else {}
+    tree = merged(tree, condition(suffers))
     known_keys(SYNTH)  # kept for the next command's look
     for setting in settings:
         given = parse_setting(setting, SynthParameters)
@@ -90,14 +94,7 @@ def _flight(name: str) -> dict[str, Any] | None:
 
 
 def make_survey(
-    out: Path,
-    parameters: SynthParameters,
-    noise: PoseNoise,
-    scheduler: str,
-    workers: int,
-    console: Console,
-    *,
-    next_step: bool = True,
+    out: Path, parameters: SynthParameters, scheduler: str, workers: int, console: Console, *, next_step: bool = True
 ) -> None:
     """Make pictures, scans and truth in the folder `out`, then its catalog; what is there already is kept.
 
@@ -112,9 +109,7 @@ def make_survey(
     store, source = Store.open(str(out)), SynthSource(parameters)
     store.check_writable()
     tasks = list(source.initial())
-    text = json.dumps(
-        {"format": FORMAT, "parameters": parameters.model_dump(mode="json"), "pose_noise": list(noise)}, indent=1
-    )
+    text = json.dumps({"format": FORMAT, "parameters": parameters.model_dump(mode="json")}, indent=1)
     with Ledger.open(store) as ledger:
         missing = sum(not _is_made(ledger, task) for task in tasks)
         if not missing and store.exists(DESCRIPTION) and store.read_bytes(DESCRIPTION) == text.encode():
@@ -125,7 +120,7 @@ def make_survey(
             _run(source, store, ledger, scheduler, workers)
             _refuse_failures(out, tasks, ledger)
         _remove_former(store, ledger, tasks)
-    for note in describe_survey(out, source, noise):
+    for note in describe_survey(out, source):
         console.print(f"Note: {note}", markup=False, highlight=False, soft_wrap=True)
     store.write_bytes(DESCRIPTION, text.encode())
     _say(console, f"Made: {len(source.images)} images in {out}", out, source, next_step)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -32,20 +31,13 @@ DAY = "2026-06-21"
 MADE_OF = {"outlines": ("id",), "blocks": ("id", "units", "count", "filled_gaps")}
 
 
-class PoseNoise(NamedTuple):
-    """What the catalog's poses are off: standard deviations, metres per axis and degrees about each."""
-
-    position_m: float = 0.0
-    angle_deg: float = 0.0
-
-
-def describe_survey(out: Path, source: SynthSource, noise: PoseNoise) -> tuple[str, ...]:
+def describe_survey(out: Path, source: SynthSource) -> tuple[str, ...]:
     """Write everything that is not a task's; the notes that the catalog made."""
     p = source.parameters
     town = town_of(p.seed, p.whole_town)
     outlines = out / "outlines.gpkg" if _write_layers(out, town, p) else None
     _write_mosaics(out / "truth", p)
-    images = _write_poses(out, source, noise, town) if source.images else None
+    images = _write_poses(out, source, town) if source.images else None
     scans = [str(out / "lidar")] if p.lidar is not None else []
     column, layer = ("id", "outlines") if outlines else (None, None)
     made = create_catalog(
@@ -56,11 +48,11 @@ def describe_survey(out: Path, source: SynthSource, noise: PoseNoise) -> tuple[s
     return (*nothing, *made.notes)
 
 
-def _write_poses(out: Path, source: SynthSource, noise: PoseNoise, town: Town) -> ImageSource:
+def _write_poses(out: Path, source: SynthSource, town: Town) -> ImageSource:
     """COLMAP models with the poses that are given to the catalog, and with the true ones."""
     p = source.parameters
     jpeg = writes_jpeg(p.render, p.jpeg_quality)
-    noisy = with_pose_noise(source.images, noise.position_m, float(np.radians(noise.angle_deg)), p.seed)
+    noisy = with_pose_noise(source.images, p.given, p.seed)
     origin = (*p.origin, 0.0)
     for folder, poses in (("orientation", noisy), ("truth/orientation", source.images)):
         write_colmap(out / folder, [_named(i, jpeg) for i in poses], tie_points(town, p), origin)

@@ -14,6 +14,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.synthetic.flight import FlightParameters, head_rotation, plan_flight
 from cityflow.synthetic.flight_presets import PRESETS
 from cityflow.synthetic.footprints import ground_quad
+from cityflow.synthetic.pose_noise import PoseErrors
 from cityflow.synthetic.render import RenderParameters
 from cityflow.synthetic.sensor_readout import RawParameters
 from cityflow.synthetic.town import Town, TownParameters, make_town, town_terrain
@@ -50,6 +51,7 @@ class SynthParameters(Parameters):
     flight: FlightParameters | None = Field(PRESETS["five_cameras"], description="how pictures are taken; null: none")
     render: RenderParameters = RenderParameters()
     raw: RawOutput | None = Field(None, description="raw frames and calibration frames as well; null: none")
+    given: PoseErrors = Field(PoseErrors(), description="how far the catalog's orientation is off the true one")
     jpeg_quality: int = Field(95, ge=0, le=100, description="of pictures of 8 bits; 0: lossless TIFF")
     lidar: TownLidarParameters | None = Field(None, description="how the town is scanned; null: not at all")
     truth_cell_m: float = Field(0.08, ge=0.02, le=1, description="cell of the truth rasters, metres")
