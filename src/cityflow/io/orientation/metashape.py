@@ -16,12 +16,11 @@ from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import nearest_rotation
 from cityflow.io.given_files import MODEL_MB, check_plain
 from cityflow.io.orientation.camera_calibration import REMEDY, metashape_camera, metashape_fisheye
+from cityflow.io.orientation.geocentric import geocentric_to_map, on_map
 from cityflow.io.orientation.oriented_images import LeftOut, OrientationModel, in_order
 from cityflow.io.orientation.readers import OrientationFile
 
 TERMS = ("k1", "k2", "k3", "k4", "p1", "p2", "b1", "b2")
-STEP_M = 10.0
-"""Half the distance over which the world's axes at a camera are taken from the map projection."""
 AGAIN = "export the cameras again, as Metashape XML"
 
 
@@ -207,33 +206,10 @@ class _World:
                 f"the file is in {own.name}, in degrees", where=where, remedy="assign a projected CRS with --crs EPSG:n"
             )
         datum = own.geodetic_crs or own
-        geocentric = CRS.from_json_dict(_geocentric(datum))
-        flat = goal.sub_crs_list[0] if goal.is_compound else goal
         note = "heights of a Metashape file are taken as its CRS has them; check them against known points"
-        return cls(similarity, Transformer.from_crs(geocentric, flat.to_3d(), always_xy=True), own.to_wkt(), (note,))
+        return cls(similarity, geocentric_to_map(datum, goal), own.to_wkt(), (note,))
 
     def placed(self, centre: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """World centre and (3, 3) world_from_camera of a pose in the chunk."""
         place, turned = self.chunk.points(centre), self.chunk.rotation @ axes
-        if self.projection is None:
-            return place, turned
-        steps = np.concatenate([np.eye(3), -np.eye(3)]) * STEP_M
-        moved = np.stack(self.projection.transform(*(place + np.vstack([steps, np.zeros(3)])).T), axis=1)
-        if not np.isfinite(moved).all():
-            return np.full(3, np.nan), turned
-        # columns: where the geocentric axes lead on the map
-        lead = (moved[:3] - moved[3:6]).T / (2 * STEP_M)
-        return moved[6], nearest_rotation(lead) @ turned
-
-
-def _geocentric(datum: CRS) -> dict[str, object]:
-    """The geocentric CRS of a geographic one's datum."""
-    tree = datum.to_json_dict()
-    kept = {k: tree[k] for k in ("datum", "datum_ensemble") if k in tree}
-    axes = [
-        {"name": f"Geocentric {a}", "abbreviation": a, "direction": f"geocentric{a}", "unit": "metre"} for a in "XYZ"
-    ]
-    return {
-        "type": "GeodeticCRS", "name": f"{datum.name} (geocentric)", **kept,
-        "coordinate_system": {"subtype": "Cartesian", "axis": axes},
-    }  # fmt: skip
+        return (place, turned) if self.projection is None else on_map(self.projection, place, turned)

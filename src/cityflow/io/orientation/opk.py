@@ -5,9 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
@@ -17,9 +15,7 @@ from cityflow.geometry.rotations import AngleUnit, RotationOrder, from_angles
 from cityflow.io.given_files import MODEL_MB, check_plain
 from cityflow.io.orientation.camera_table import CameraTable, read_camera_table
 from cityflow.io.orientation.oriented_images import LeftOut, OrientationModel, in_order
-from cityflow.io.orientation.readers import OrientationFile
-
-Choice = TypeVar("Choice", bound=StrEnum)
+from cityflow.io.orientation.readers import OrientationFile, choice
 
 COMMENTS = ("#", "//", "%")
 SYNONYMS: dict[str, tuple[str, ...]] = {
@@ -85,16 +81,9 @@ def read(given: OrientationFile) -> OrientationModel:
         raise CatalogError(
             "a table of angles needs its cameras", where=str(given.path), remedy="name them with --cameras FILE"
         )
-    unit = _one_of(AngleUnit, options.get("angle_unit", AngleUnit.DEGREE), "--angle-unit")
-    order = _one_of(RotationOrder, options.get("rotation_order", RotationOrder.OMEGA_PHI_KAPPA), "--rotation-order")
+    unit = choice(AngleUnit, options, "angle_unit", AngleUnit.DEGREE)
+    order = choice(RotationOrder, options, "rotation_order", RotationOrder.OMEGA_PHI_KAPPA)
     return read_opk(OpkTable(given.path, Path(cameras), parsed_columns(options.get("columns", "")), unit, order))
-
-
-def _one_of(choices: type[Choice], text: str, option: str) -> Choice:
-    try:
-        return choices(text.lower())
-    except ValueError as error:
-        raise CatalogError(f"{text!r} is not known", where=option, remedy=f"one of {', '.join(choices)}") from error
 
 
 def read_opk(table: OpkTable) -> OrientationModel:

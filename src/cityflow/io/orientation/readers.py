@@ -7,12 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from cityflow.errors import CatalogError
 
 if TYPE_CHECKING:
     from cityflow.io.orientation.oriented_images import OrientationModel
+
+Choice = TypeVar("Choice", bound=StrEnum)
 
 SizeOf = Callable[[str], tuple[int, int] | None]
 """Width and height in pixels of an image by its name in the model; None where it cannot be read."""
@@ -63,6 +68,12 @@ READERS: Mapping[str, Reader] = {
     ),
     "bundler": Reader("bundle.out of Bundler", {"bundler_list": "List of Bundler's images, where not list.txt beside"}),
     "metashape": Reader("cameras of Metashape as XML"),
+    "inpho": Reader(
+        "Inpho's project (.prj)",
+        {"lens_terms": "Lens coefficients are subtracted from measured coordinates (the default) or added"},
+    ),
+    "pix4d": Reader("folder 1_initial/params of Pix4Dmapper, or its …_calibrated_camera_parameters.txt"),
+    "opensfm": Reader("reconstruction.json of OpenSfM or OpenDroneMap"),
 }
 
 
@@ -79,3 +90,12 @@ def read_orientation(name: str, given: OrientationFile) -> OrientationModel:
     """The model in a file of the format `name`; raises CatalogError where it cannot be read."""
     model: OrientationModel = import_module(f"cityflow.io.orientation.{name}").read(given)
     return model
+
+
+def choice(kind: type[Choice], options: Mapping[str, str], name: str, default: Choice) -> Choice:
+    """The value of the option `name`; raises CatalogError where it is none of the choices."""
+    text = options.get(name, default)
+    try:
+        return kind(text.lower())
+    except ValueError as error:
+        raise CatalogError(f"{text!r} is not known", where=option(name), remedy=f"one of {', '.join(kind)}") from error
