@@ -122,7 +122,7 @@ def test_the_example(tmp_path: Path) -> None:
     assert (image.camera.width, image.camera.height, image.camera.fx) == (80, 100, pytest.approx(31_000))
     assert (image.camera.cx, image.camera.cy) == (pytest.approx(40 + 0.02 * 250), pytest.approx(50 - 0.01 * 250))
     # x of the photograph is east: u of the picture grows to the south, v to the west
-    east, _ = image.project((image.centre + (10.0, 0.0, -1000.0))[None])
+    east, _ = image.project(np.add(image.centre, [[10.0, 0.0, -1000.0]]))
     assert east[0] - (image.camera.cx, image.camera.cy) == pytest.approx([0.0, -310.0])
     assert model.crs_wkt is not None
     assert CRS.from_wkt(model.crs_wkt).to_epsg() == 25832

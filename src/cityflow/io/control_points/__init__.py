@@ -1,0 +1,1 @@
+"""Ground control points of other programs: one file per format."""

@@ -1,0 +1,166 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pyproj import CRS, Transformer
+
+from cityflow.core.control_points import ControlPoints, Mark, Role
+from cityflow.errors import CatalogError
+from cityflow.io.control_points.pix4d_points import read_pix4d_points
+from cityflow.io.control_points.read_points import read_control_points
+from cityflow.io.control_points.references import in_crs
+
+TABLE = """# crs: EPSG:25832+7837
+point,x,y,z,sigma_xy,sigma_z,role,image,col,row,sigma_px
+a,458010.5,5428020.25,112.125,0.01,0.02,control,s1.jpg,100.5,200.25,0.3
+a,,,,,,,s2.jpg,300,40,
+b,458110.5,5428120.25,113.5,,,check,s1.jpg,7,8,
+c,458000,5428000,110,0.01,0.02,,,,,
+"""
+LIST = """EPSG:25832
+458010.5 5428020.25 112.125 100 199.75 s1.jpg
+458010.5 5428020.25 112.125 299.5 39.5 my%20s2.jpg
+458110.5 5428120.25 113.5 6.5 7.5 s1.jpg CHK-b
+"""
+MARKERS = """<?xml version="1.0" encoding="UTF-8"?>
+<document version="1.2.0"><chunk>
+  <cameras><group id="0"><camera id="0" label="s1.jpg"/></group><camera id="1" label="s2.jpg"/></cameras>
+  <markers next_id="4">
+    <marker id="0" label="a"><reference x="458010.5" y="5428020.25" z="112.125" sx="0.01" sy="0.012" sz="0.02" enabled="1"/></marker>
+    <marker id="2" label="b"><reference x="458110.5" y="5428120.25" z="113.5" enabled="0"/></marker>
+    <marker id="3" label="free"/>
+  </markers>
+  <frames><frame id="0"><markers>
+    <marker marker_id="0"><location camera_id="0" pinned="1" x="100.5" y="200.25"/><location camera_id="1" pinned="true" x="300" y="40"/></marker>
+    <marker marker_id="2"><location camera_id="0" pinned="1" x="7" y="8"/><location camera_id="1" pinned="0" x="1" y="2"/></marker>
+    <marker marker_id="3"><location camera_id="0" pinned="1" x="70" y="80"/></marker>
+  </markers></frame></frames>
+  <reference>EPSG:25832</reference>
+  <settings><property name="accuracy_markers" value="0.005"/></settings>
+</chunk></document>
+"""
+POINTS = "label,x,y,z,h,v\na,458010.5,5428020.25,112.125,0.01,0.02\nb,458110.5,5428120.25,113.5\n"
+MARKS = "s1.jpg,a,100.5,200.25,0.5\nD:\\flight\\s2.jpg,a,300,40,1.0\ns1.jpg, b, 7, 8\n"
+
+
+def _written(folder: Path, text: str, name: str = "gcp.csv") -> Path:
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def _check(points: ControlPoints, names: tuple[str, ...], second: str = "s2.jpg") -> None:
+    """The same two points in all formats, to the last bit."""
+    assert tuple(p.name for p in points.points) == names
+    found = {tuple(p.xyz): p for p in points.points}
+    a, b = found[458010.5, 5428020.25, 112.125], found[458110.5, 5428120.25, 113.5]
+    assert sorted((m.image, m.col, m.row) for m in a.marks) == sorted(
+        [("s1.jpg", 100.5, 200.25), (second, 300.0, 40.0)]
+    )
+    assert [(m.image, m.col, m.row) for m in b.marks] == [("s1.jpg", 7.0, 8.0)]
+
+
+def test_our_table(tmp_path: Path) -> None:
+    points = read_control_points(_written(tmp_path, TABLE))
+    _check(points, ("a", "b", "c"))
+    a, b, c = points.points
+    assert (a.sigmas_m, a.role, b.sigmas_m, b.role) == ((0.01, 0.01, 0.02), Role.CONTROL, None, Role.CHECK)
+    assert a.marks == (Mark("s1.jpg", 100.5, 200.25, 0.3), Mark("s2.jpg", 300.0, 40.0))
+    assert (c.marks, points.of_role(Role.CHECK)) == ((), (b,))
+    assert CRS.from_wkt(points.crs_wkt or "").is_compound
+    assert not points.notes
+
+
+@pytest.mark.parametrize("sign", [";", "\t"])
+def test_our_table_with_other_signs(tmp_path: Path, sign: str) -> None:
+    _check(read_control_points(_written(tmp_path, TABLE.replace(",", sign))), ("a", "b", "c"))
+
+
+def test_opendronemap(tmp_path: Path) -> None:
+    points = read_control_points(_written(tmp_path, LIST, "gcp_list.txt"))
+    _check(points, ("CHK-b", "point 1"), "my s2.jpg")
+    assert [p.role for p in points.points] == [Role.CHECK, Role.CONTROL]
+    other = read_control_points(_written(tmp_path, LIST.replace("EPSG:25832", "WGS84 UTM 32N")))
+    assert CRS.from_wkt(other.crs_wkt or "").to_epsg() == 32632
+
+
+def test_metashape(tmp_path: Path) -> None:
+    points = read_control_points(_written(tmp_path, MARKERS, "markers.xml"))
+    _check(points, ("a", "b"))
+    a, b = points.points
+    assert (a.sigmas_m, b.sigmas_m, b.role) == ((0.01, 0.012, 0.02), (0.005, 0.005, 0.005), Role.CHECK)
+    assert "marks of free have no coordinates" in points.notes[0]
+
+
+def test_pix4d(tmp_path: Path) -> None:
+    path = _written(tmp_path, POINTS, "points.csv")
+    _written(tmp_path, MARKS, "points_marks.csv")
+    points = read_control_points(path)
+    _check(points, ("a", "b"))
+    assert [p.sigmas_m for p in points.points] == [(0.01, 0.01, 0.02), None]
+    assert read_pix4d_points(path, tmp_path / "points_marks.csv").points[0].marks == points.points[0].marks
+
+
+@pytest.mark.parametrize(("text", "match"), [
+    (TABLE.replace("row,sigma_px", "line,sigma_px"), r"gcp\.csv:2: column 'line' is not known"),
+    (TABLE.replace("point,x,y,z", "point,x,y"), r"gcp\.csv:2: column 'z' is missing → columns: point"),
+    (TABLE.replace("112.125", "1l2"), r"gcp\.csv:3: '1l2' in point a is no number"),
+    (TABLE.replace("a,,,,", "a,1,2,3,"), r"gcp\.csv:4: point a has other coordinates than before \(458010\.5, 5428020\.25, 112\.125\)"),
+    (TABLE.replace("s2.jpg", "s1.jpg"), r"gcp\.csv:4: point a is marked twice in s1\.jpg"),
+    (TABLE.replace("check", "chek"), r"gcp\.csv:5: role 'chek' of point b is neither control nor check"),
+    (TABLE.replace("0.01,0.02,control", "0,0.02,control"), r"gcp\.csv:3: point a: standard deviations 0, 0, 0\.02 are not positive"),
+    (TABLE.replace("300,40,", "300,,"), r"gcp\.csv:4: '' in the mark of point a is no number"),
+    (TABLE.replace("EPSG:25832+7837", "EPSG:0"), r"gcp\.csv: the CRS 'EPSG:0' is not known"),
+    (LIST.replace("200 199", "x").replace("100 199.75", "x 199.75"), r"gcp\.csv:2: 'x' in the line is no number"),
+    (LIST.replace("EPSG:25832", "somewhere"), r"gcp\.csv:1: the CRS 'somewhere' is not known"),
+    (POINTS.replace("113.5", "high"), r"gcp\.csv:3: 'high' in point b is no number"),
+    (MARKERS.replace('z="113.5"', ""), r"gcp\.csv: '' in marker b is no number"),
+    (MARKERS.replace('marker_id="2"', 'marker_id="9"'), r"a projection names marker 9 and camera 0"),
+    ("<a/>", "no chunk with markers"), ("<a", "cannot be read"), ("point,x,y,z\n", "no point with coordinates"),
+])  # fmt: skip
+def test_what_is_wrong_is_named(tmp_path: Path, text: str, match: str) -> None:
+    with pytest.raises(CatalogError, match=match):
+        read_control_points(_written(tmp_path, text))
+
+
+def test_marks_of_pix4d_that_are_wrong(tmp_path: Path) -> None:
+    path = _written(tmp_path, POINTS, "points.csv")
+    _written(tmp_path, MARKS.replace("300", "3oo"), "points_marks.csv")
+    with pytest.raises(CatalogError, match=r"points_marks\.csv:2: '3oo' in the mark of a is no number"):
+        read_control_points(path)
+
+
+def test_coordinates_are_led_to_the_catalog(tmp_path: Path) -> None:
+    points = read_control_points(_written(tmp_path, LIST))
+    same = in_crs(points, CRS.from_epsg(25832))
+    assert same is points
+    other = in_crs(points, CRS.from_user_input("EPSG:25833+7837"))
+    truth = Transformer.from_crs(25832, 25833, always_xy=True).transform(*points.coordinates[:, :2].T)
+    assert other.coordinates[:, :2] == pytest.approx(np.column_stack(truth), abs=1e-6)
+    assert (other.coordinates[:, 2] == points.coordinates[:, 2]).all()
+    assert other.points[0].marks == points.points[0].marks
+    assert (
+        "heights of control points are kept as they are (not stated); the catalog's are DHHN2016 height"
+        in other.notes[1]
+    )
+    assert in_crs(points, None) is points
+
+
+def test_points_without_a_crs_or_outside(tmp_path: Path) -> None:
+    points = read_control_points(_written(tmp_path, POINTS))
+    assert "state no CRS: taken as ETRS89 / UTM zone 32N" in in_crs(points, CRS.from_epsg(25832)).notes[0]
+    with pytest.raises(CatalogError, match="control points a, b lie outside of"):
+        in_crs(points, CRS.from_epsg(25832), given=CRS.from_epsg(4326))
+
+
+def test_heights_change_with_their_datum(tmp_path: Path) -> None:
+    """Heights above the ellipsoid become those above the geoid where its grid is installed; else that is said."""
+    points = read_control_points(_written(tmp_path, LIST.replace("EPSG:25832", "EPSG:4937").replace("458010.5 5428020.25", "8.42 49.0").replace(
+        "458110.5 5428120.25", "8.43 49.01")))  # fmt: skip
+    flat = in_crs(points, CRS.from_epsg(25832))
+    assert "(ellipsoidal); the catalog's are not stated" in flat.notes[1]
+    led = in_crs(points, CRS.from_user_input("EPSG:25832+7837"))
+    geoid = points.coordinates[:, 2] - led.coordinates[:, 2]
+    assert "grid that is not installed" in str(led.notes) or (np.abs(geoid - 48) < 2).all()
