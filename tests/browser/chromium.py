@@ -29,6 +29,8 @@ FLAGS = (
 )  # fmt: skip
 SOFTWARE = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 WITHOUT_WEBGL = ("--disable-gpu", "--disable-3d-apis")
+PATIENCE_S = 300.0
+"""How long an answer may take: software draws, and a machine that others use gives it no core for many seconds now and then."""
 
 
 def executable() -> str | None:
@@ -94,7 +96,7 @@ class Chromium:
             self._process.kill()
         self._profile.cleanup()
 
-    def call(self, method: str, session: bool = True, timeout: float = 60.0, **parameters: Any) -> dict[str, Any]:
+    def call(self, method: str, session: bool = True, timeout: float = PATIENCE_S, **parameters: Any) -> dict[str, Any]:
         """Send a command and wait for what it returns."""
         self._last += 1
         number = self._last
@@ -129,14 +131,16 @@ class Chromium:
         elif message["method"] == "Log.entryAdded" and said["entry"]["level"] == "error":
             self.messages.append(f"{said['entry']['text']} {said['entry'].get('url', '')}")
 
-    def open(self, address: str, ready: str = "document.readyState === 'complete'", seconds: float = 30.0) -> float:
+    def open(
+        self, address: str, ready: str = "document.readyState === 'complete'", seconds: float = PATIENCE_S
+    ) -> float:
         """Go to an address and wait until an expression holds; returns how long that took."""
         begun = time.perf_counter()
         self.call("Page.navigate", url=address)
         self.wait(ready, seconds)
         return time.perf_counter() - begun
 
-    def run(self, expression: str, timeout: float = 60.0) -> Any:
+    def run(self, expression: str, timeout: float = PATIENCE_S) -> Any:
         """Value of an expression in the page; promises are waited for."""
         answer = self.call(
             "Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True, timeout=timeout
@@ -146,7 +150,7 @@ class Chromium:
             raise RuntimeError(str(detail.get("exception", {}).get("description", detail["text"])))
         return answer["result"].get("value")
 
-    def wait(self, expression: str, seconds: float = 30.0, step: float = 0.05) -> None:
+    def wait(self, expression: str, seconds: float = PATIENCE_S, step: float = 0.05) -> None:
         """Until an expression holds."""
         end = time.monotonic() + seconds
         # while a page is being replaced its parts are not there, which is no more than not yet

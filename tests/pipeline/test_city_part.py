@@ -28,6 +28,7 @@ from cityflow.survey.image_survey import ImageSurvey
 from cityflow.survey.results import HULL
 from cityflow.synthetic.flight import plan_flight
 from cityflow.synthetic.flight_presets import preset
+from remembered_plans import remembered_plans  # noqa: F401  # for every test here
 
 TILE = 100.0
 EXTENT = (1000.0, 2000.0, 1400.0, 2200.0)

@@ -28,6 +28,7 @@ from cityflow.survey.given_outlines import ACCURACY, noded_tile
 from cityflow.survey.survey_parameters import TileParameters
 from cityflow.synthetic.flight import plan_flight
 from cityflow.synthetic.flight_presets import preset
+from remembered_plans import remembered_plans  # noqa: F401  # for every test here
 
 AREA = (1000.0, 2000.0, 1180.0, 2140.0)
 HEIGHTS = (10.0, 35.0)

@@ -32,6 +32,7 @@ from cityflow.stages.export.textures import CUT_OTHERWISE
 from cityflow.survey.area import Area
 from cityflow.survey.given_outlines import noded_tile
 from in_process import Records, make_surfaces, outcome_of, record_of
+from remembered_plans import remembered_plans  # noqa: F401  # for every test here
 from stages.painted_houses import (
     FLOWN,
     LAWN,
