@@ -18,6 +18,8 @@ PHOTO_FLIP = np.diag([1.0, -1.0, -1.0])
 """From x right, y up, z backward to x right, y down, z forward; its own inverse."""
 _BODY_TO_CAMERA = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 """Axes of the aircraft (forward, right, down) to those of the camera (right, down, ahead)."""
+_AHEAD_TO_CAMERA = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+"""Axes of a body that looks forward (forward, right, down) to those of its camera (right, down, ahead)."""
 _ENU_TO_NED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 """Axes east, north, up to north, east, down."""
 
@@ -89,6 +91,12 @@ def from_yaw_pitch_roll(yaw: float, pitch: float, roll: float) -> FloatArray:
     """
     ned_from_body = rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
     return np.asarray(_BODY_TO_CAMERA @ ned_from_body.T @ _ENU_TO_NED)
+
+
+def from_gimbal(yaw: float, pitch: float, roll: float) -> FloatArray:
+    """(3, 3) camera_from_world of a camera's own angles (radians): yaw clockwise from north, pitch 0 level and -90° straight down, roll about its axis."""
+    ned_from_body = rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
+    return np.asarray(_AHEAD_TO_CAMERA @ ned_from_body.T @ _ENU_TO_NED)
 
 
 def from_angles(first: float, second: float, third: float, order: RotationOrder) -> FloatArray:

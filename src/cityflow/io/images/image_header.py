@@ -30,7 +30,7 @@ MOST_PACKED = 500
 """How much smaller a picture is in its file than in memory: photographs 5 to 50 times, a plain colour over a thousand times."""
 DEPTHS = ("uint8", "uint16")
 ADVICE = "convert it to a JPEG, TIFF or PNG of 8 or 16 bits"
-_MM_PER_UNIT = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
+MM_PER_UNIT = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
 """EXIF's units of the focal plane: inch, centimetre, millimetre, micrometre."""
 
 
@@ -186,47 +186,47 @@ def _exif(path: Path, width: int) -> dict[str, Any]:
     except (OSError, ValueError, SyntaxError):
         return {}
     base = ExifTags.Base
-    focal = _number(fine.get(base.FocalLength))
+    focal = exif_number(fine.get(base.FocalLength))
     text = " ".join(str(tags.get(t, "")).strip("\0 ") for t in (base.Make, base.Model)).strip()
-    orientation = _number(tags.get(base.Orientation))
+    orientation = exif_number(tags.get(base.Orientation))
     return {
         "orientation": int(orientation) if orientation else UPRIGHT,
         "taken": str(fine.get(base.DateTimeOriginal, "")).strip("\0 "), "camera": text,
         "focal_mm": focal, "focal_px": _focal_px(fine, focal, width),
-        "exposure_s": _number(fine.get(base.ExposureTime)), "f_number": _number(fine.get(base.FNumber)),
-        "iso": _number(fine.get(base.ISOSpeedRatings)), "position": _position(place),
+        "exposure_s": exif_number(fine.get(base.ExposureTime)), "f_number": exif_number(fine.get(base.FNumber)),
+        "iso": exif_number(fine.get(base.ISOSpeedRatings)), "position": _position(place),
     }  # fmt: skip
 
 
 def _focal_px(fine: Any, focal_mm: float | None, width: int) -> float | None:
-    resolution = _number(fine.get(ExifTags.Base.FocalPlaneXResolution))
-    unit = _MM_PER_UNIT.get(fine.get(ExifTags.Base.FocalPlaneResolutionUnit, 2))
+    resolution = exif_number(fine.get(ExifTags.Base.FocalPlaneXResolution))
+    unit = MM_PER_UNIT.get(fine.get(ExifTags.Base.FocalPlaneResolutionUnit, 2))
     if focal_mm and resolution and unit:
         return focal_mm * resolution / unit
-    equivalent = _number(fine.get(ExifTags.Base.FocalLengthIn35mmFilm))
+    equivalent = exif_number(fine.get(ExifTags.Base.FocalLengthIn35mmFilm))
     return equivalent / 36.0 * width if equivalent else None
 
 
 def _position(place: Any) -> tuple[float, float, float | None] | None:
     gps = ExifTags.GPS
-    latitude = _degrees(place.get(gps.GPSLatitude), place.get(gps.GPSLatitudeRef), "S")
-    longitude = _degrees(place.get(gps.GPSLongitude), place.get(gps.GPSLongitudeRef), "W")
+    latitude = exif_degrees(place.get(gps.GPSLatitude), place.get(gps.GPSLatitudeRef), "S")
+    longitude = exif_degrees(place.get(gps.GPSLongitude), place.get(gps.GPSLongitudeRef), "W")
     if latitude is None or longitude is None:
         return None
-    height = _number(place.get(gps.GPSAltitude))
+    height = exif_number(place.get(gps.GPSAltitude))
     below = place.get(gps.GPSAltitudeRef) in (1, b"\x01")
     return latitude, longitude, -height if below and height is not None else height
 
 
-def _degrees(parts: Any, side: Any, negative: str) -> float | None:
-    numbers = [_number(p) for p in parts] if isinstance(parts, tuple) and len(parts) == 3 else [None]
+def exif_degrees(parts: Any, side: Any, negative: str) -> float | None:
+    numbers = [exif_number(p) for p in parts] if isinstance(parts, tuple) and len(parts) == 3 else [None]
     if any(n is None for n in numbers):
         return None
     value = sum(n / 60**i for i, n in enumerate(numbers) if n is not None)
     return -value if str(side).strip("\0 ").upper() == negative else value
 
 
-def _number(value: Any) -> float | None:
+def exif_number(value: Any) -> float | None:
     """EXIF's rationals may be 0/0."""
     try:
         number = float(value)
