@@ -7,15 +7,18 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from cityflow.core.camera import FISHEYE, Camera
+from cityflow.core.arrays import FloatArray
+from cityflow.core.camera import FISHEYE, Camera, OrientedImage
 from cityflow.errors import CatalogError
+from cityflow.geometry.rotations import PHOTO_FLIP, from_omega_phi_kappa
 from cityflow.io.given_files import json_of, read_small, yaml_of
 from cityflow.io.orientation.camera_calibration import (
     australis_camera,
@@ -56,6 +59,13 @@ class CameraEntry(BaseModel):
     p2: float = 0.0
     b1: float = 0.0
     b2: float = 0.0
+    mount_omega: float = Field(
+        default=0.0,
+        description="degrees; the camera's axes against those that the angles turn: boresight, oblique heads",
+    )
+    mount_phi: float = 0.0
+    mount_kappa: float = 0.0
+    turn_deg: Literal[0, 90, 180, 270] = Field(default=0, description="pictures are stored turned clockwise by so much")
     images: str = Field(default="", description="pattern of its images' names, such as left_*; several with |")
 
     @model_validator(mode="after")
@@ -93,6 +103,15 @@ class CameraEntry(BaseModel):
             return Camera(plain.width, plain.height, plain.fx, plain.fy, plain.cx, plain.cy, k, FISHEYE)
         return plain if self.distortion == "none" else with_distortion(plain, self._opencv())
 
+    @property
+    def mount(self) -> FloatArray:
+        """(3, 3) rotation from the axes that the table's angles turn to those of the camera with its pixels as stored."""
+        angles = np.radians([self.mount_omega, self.mount_phi, self.mount_kappa])
+        quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+        return (
+            np.linalg.matrix_power(quarter, self.turn_deg // 90) @ from_omega_phi_kappa(*angles.tolist()) @ PHOTO_FLIP
+        )
+
     def _principal_point(self) -> tuple[float, float]:
         if self.cx is not None and self.cy is not None:
             return self.cx, self.cy
@@ -112,12 +131,32 @@ class CameraEntry(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class CameraTable:
-    """Cameras by id, the sizes of their pixels in mm, patterns of their images' names, and those that cannot be used with the reason."""
+    """Cameras by id, sizes of their pixels in mm, patterns of their images' names, those that cannot be used with the reason, `CameraEntry.mount`s."""
 
     cameras: Mapping[str, Camera]
     pixel_mm: Mapping[str, float]
     patterns: Mapping[str, str]
     refused: Mapping[str, str]
+    mounts: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def image(self, name: str, given: str, rotation: FloatArray, centre: FloatArray) -> tuple[OrientedImage, str]:
+        """An image with its camera and mount, and the camera's id.
+
+        Parameters
+        ----------
+        given : id of the camera, where the orientation names it
+        rotation : (3, 3) camera_from_world of a camera without a mount;  centre : (3,) world metres
+
+        Raises
+        ------
+        ValueError
+            As `id_for`.
+        """
+        camera = self.id_for(name, given)
+        mount = self.mounts.get(camera)
+        return OrientedImage(
+            name, self.cameras[camera], rotation if mount is None else mount @ rotation, centre
+        ), camera
 
     def id_for(self, image: str, given: str = "") -> str:
         """Id of an image's camera: the one given, else by its pattern, else the only one.
@@ -148,6 +187,17 @@ class CameraTable:
             for camera, pattern in self.patterns.items()
             if any(fnmatchcase(form, part.strip()) for part in pattern.split("|") for form in forms)
         ]
+
+
+def named_cameras(options: Mapping[str, str], path: Path) -> CameraTable:
+    """The cameras that ``--cameras`` names, for orientations that have none of their own; raises CatalogError where it is missing."""
+    if "cameras" not in options:
+        raise CatalogError(
+            "the orientation has no cameras",
+            where=str(path),
+            remedy="name them with --cameras FILE; see docs/catalog.md",
+        )
+    return read_camera_table(options["cameras"])
 
 
 def read_camera_table(path: str | Path) -> CameraTable:
@@ -184,7 +234,8 @@ def _table(entries: Mapping[str, CameraEntry]) -> CameraTable:
         except ValueError as error:
             refused[name] = str(error)
     sizes = {name: entry.pixel_mm for name, entry in entries.items() if entry.pixel_mm is not None}
-    return CameraTable(cameras, sizes, {n: e.images for n, e in entries.items() if e.images}, refused)
+    mounts = {n: e.mount for n, e in entries.items() if e.turn_deg or any((e.mount_omega, e.mount_phi, e.mount_kappa))}
+    return CameraTable(cameras, sizes, {n: e.images for n, e in entries.items() if e.images}, refused, mounts)
 
 
 def _entries(path: Path) -> list[dict[str, Any]]:

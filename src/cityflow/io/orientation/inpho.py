@@ -16,8 +16,7 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.errors import CatalogError
-from cityflow.geometry.rotations import nearest_rotation
-from cityflow.io.orientation.model_text import file_name, numbers, read_lines, stated_crs
+from cityflow.io.orientation.model_text import MatrixRows, file_name, numbers, read_lines, stated_crs
 from cityflow.io.orientation.oriented_images import LeftOut, OrientationModel, in_order
 from cityflow.io.orientation.photo_frame import LensTerms, PhotoCamera
 from cityflow.io.orientation.readers import OrientationFile, choice
@@ -51,7 +50,8 @@ class _Block:
 
 
 def read(given: OrientationFile) -> OrientationModel:
-    """For `readers.READERS`; option ``lens_terms``."""
+    """For `readers.READERS`; options ``lens_terms``, ``matrix``."""
+    rows = choice(MatrixRows, given.options, "matrix", MatrixRows.PHOTO_AXES)
     path, terms = given.path, choice(LensTerms, given.options, "lens_terms", LensTerms.SUBTRACTED)
     blocks = list(_blocks(read_lines(path, AGAIN), path))
     photos = [b for b in blocks if b.name == "PHOTO"]
@@ -64,7 +64,7 @@ def read(given: OrientationFile) -> OrientationModel:
         name = _name(block)
         try:
             camera = _camera_of(block, cameras)
-            images.append(_image(block, name, camera))
+            images.append(_image(block, name, camera, rows))
         except ValueError as error:
             left_out.append(LeftOut(name, f"{path.name}, line {block.line}: {error}", "orient it, or fix its camera"))
             continue
@@ -104,7 +104,7 @@ def _camera_of(block: _Block, cameras: Mapping[str, _Camera]) -> _Camera:
     return cameras[name]
 
 
-def _image(block: _Block, name: str, camera: _Camera) -> OrientedImage:
+def _image(block: _Block, name: str, camera: _Camera, rows: MatrixRows) -> OrientedImage:
     item = block.items.get("EXT_ORI")
     if item is None:
         raise ValueError("it has no $EXT_ORI")
@@ -115,7 +115,7 @@ def _image(block: _Block, name: str, camera: _Camera) -> OrientedImage:
         )
     assert camera.camera is not None
     return OrientedImage(
-        name, camera.camera, camera.turn @ nearest_rotation(np.array(values[4:]).reshape(3, 3)), np.array(values[1:4])
+        name, camera.camera, camera.turn @ rows.photo_from_world(values[4:]), np.array(values[1:4])
     )  # fmt: skip
 
 

@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
 from pyproj import CRS
 from pyproj.exceptions import CRSError
 
+from cityflow.core.arrays import FloatArray
 from cityflow.errors import CatalogError
+from cityflow.geometry.rotations import nearest_rotation
 from cityflow.io.given_files import MODEL_MB, check_plain
+
+
+class MatrixRows(StrEnum):
+    """What the rows of a matrix with nine numbers are: the axes of the photograph (x right, y up, z backward) in the world, or the transpose."""
+
+    PHOTO_AXES = "photo-axes"
+    WORLD_AXES = "world-axes"
+
+    def photo_from_world(self, values: Sequence[float]) -> FloatArray:
+        """(3, 3) rotation of nine numbers, row by row; raises ValueError where they are none."""
+        matrix = nearest_rotation(np.array(values, np.float64).reshape(3, 3))
+        return matrix if self is MatrixRows.PHOTO_AXES else np.asarray(matrix.T)
 
 
 def read_lines(path: str | Path, remedy: str) -> list[str]:

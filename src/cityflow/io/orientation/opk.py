@@ -192,9 +192,7 @@ def _image(
     x, y, z = (_number(fields[places[f]], comma) for f in ("x", "y", "z"))
     first, second, third = (_number(fields[places[f]], comma) * table.unit.radians for f in table.angles)
     given = fields[places["camera"]] if places.get("camera", len(fields)) < len(fields) else ""
-    camera_id = cameras.id_for(name, given)
-    rotation = from_angles(first, second, third, table.order)
-    return OrientedImage(name, cameras.cameras[camera_id], rotation, np.array([x, y, z])), camera_id
+    return cameras.image(name, given, from_angles(first, second, third, table.order), np.array([x, y, z]))
 
 
 def _unit_doubt(

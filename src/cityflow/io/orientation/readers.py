@@ -55,25 +55,38 @@ class Reader:
     options: Mapping[str, str] = field(default_factory=dict)
 
 
+CAMERAS = {"cameras": "Cameras of the orientation: JSON, YAML or CSV"}
+ANGLES = {
+    "angle_unit": "degree, grad or radian",
+    "rotation_order": "omega-phi-kappa, phi-omega-kappa or yaw-pitch-roll",
+}
+MATRIX = {
+    "matrix": "Rows of matrices are axes of the photograph in the world (photo-axes, the default), or the transpose (world-axes)"
+}
+
 READERS: Mapping[str, Reader] = {
     "colmap": Reader("folder of a COLMAP model, text or binary"),
     "opk": Reader(
         "table with centres and angles; needs --cameras",
         {
-            "cameras": "Cameras of the table: JSON, YAML or CSV",
+            **CAMERAS,
             "columns": "Columns of the table, field=name or field=position, e.g. name=0,x=1,y=2,z=3,omega=4,phi=5,kappa=6",
-            "angle_unit": "degree, grad or radian",
-            "rotation_order": "omega-phi-kappa, phi-omega-kappa or yaw-pitch-roll",
+            **ANGLES,
         },
     ),
     "bundler": Reader("bundle.out of Bundler", {"bundler_list": "List of Bundler's images, where not list.txt beside"}),
     "metashape": Reader("cameras of Metashape as XML"),
     "inpho": Reader(
         "Inpho's project (.prj)",
-        {"lens_terms": "Lens coefficients are subtracted from measured coordinates (the default) or added"},
+        {"lens_terms": "Lens coefficients are subtracted from measured coordinates (the default) or added", **MATRIX},
     ),
     "pix4d": Reader("folder 1_initial/params of Pix4Dmapper, or its …_calibrated_camera_parameters.txt"),
     "opensfm": Reader("reconstruction.json of OpenSfM or OpenDroneMap"),
+    "bingo": Reader("itera.dat of BINGO; needs --cameras", {**CAMERAS, **ANGLES}),
+    "patb": Reader("orientations of PATB with a matrix each; needs --cameras", {**CAMERAS, **MATRIX}),
+    "isat": Reader(
+        "photo file of ISAT (ImageStation), with its camera file beside or --cameras", {**CAMERAS, **ANGLES}
+    ),
 }
 
 
