@@ -1,0 +1,77 @@
+"""A block of known truth without pictures: what cameras over a bumpy ground would measure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cityflow.adjustment.block import rotation_of
+from cityflow.adjustment.tracks import Ties
+from cityflow.core.camera import Camera, OrientedImage
+from cityflow.geometry.rotations import from_omega_phi_kappa
+
+CAMERA = Camera(1200, 900, 1500.0, 1500.0, 610.0, 445.0, (-0.02, 0.01, 1e-4, -2e-4))
+PIXEL_M = 100.0 / 1500.0
+
+
+@dataclass(frozen=True)
+class Scene:
+    images: tuple[OrientedImage, ...]
+    xyz: np.ndarray
+    ties: Ties
+
+
+def scene(seed: int, noise_px: float = 0.3, wrong: float = 0.02) -> Scene:
+    """24 images, level and tilted to both sides, 100 m over hills of 15 m; `wrong`: share of the observations that are off by tens of pixels."""
+    rng = np.random.default_rng(seed)
+    images = []
+    for k in range(24):
+        station, side = divmod(k, 3)
+        omega = np.radians((0.0, 30.0, -30.0)[side]) + rng.normal(0, 0.01)
+        rotation = from_omega_phi_kappa(omega, rng.normal(0, 0.01), rng.normal(0, 0.02))
+        centre = np.array([5000.0 + 16.0 * (station % 4), 2000.0 + 25.0 * (station // 4) + (0, -55, 55)[side], 100.0])
+        images.append(OrientedImage(f"i{k:02d}", CAMERA, rotation, centre + rng.normal(0, 0.5, 3)))
+    xy = rng.uniform((4980, 1970), (5070, 2060), (450, 2))
+    xyz = np.column_stack([xy, 15 * np.sin(xy[:, 0] / 9) * np.cos(xy[:, 1] / 12)])
+    seen = []
+    for number, image in enumerate(images):
+        uv, depth = image.project(xyz)
+        for point in np.flatnonzero(image.holds(uv) & (depth > 0)):
+            seen.append((point, number, *(uv[point] + rng.normal(0, noise_px, 2))))
+    table = np.array(seen)
+    off = rng.random(len(table)) < wrong
+    table[off, 2:] += rng.normal(0, 20, (int(off.sum()), 2))
+    table = table[np.lexsort((table[:, 1], table[:, 0]))]
+    places = np.unique(table[:, 0], return_inverse=True)[1]
+    ties = Ties(
+        places.astype(np.int64), table[:, 1].astype(np.int64), np.arange(len(table)), table[:, 2:], np.ones(len(table))
+    )
+    return Scene(tuple(images), xyz, ties.some(np.ones(len(table), bool)))
+
+
+def disturbed(images: tuple[OrientedImage, ...], position_m: float, angle_px: float, seed: int) -> list[OrientedImage]:
+    """The images with poses that are each off by themselves."""
+    rng = np.random.default_rng(seed)
+    turns = rotation_of(rng.normal(0, angle_px / CAMERA.fx, (len(images), 3)))
+    return [
+        replace(i, rotation=t @ i.rotation, centre=i.centre + rng.normal(0, position_m, 3))
+        for i, t in zip(images, turns, strict=True)
+    ]
+
+
+def parallax_px(images: list[OrientedImage] | tuple[OrientedImage, ...], truth: Scene) -> float:
+    """Root mean square vertical parallax of true points between pairs of images that show them, pixels."""
+    squares = []
+    for a in range(len(images)):
+        for b in range(a + 1, len(images)):
+            one, other = (truth.images[k].project(truth.xyz) for k in (a, b))
+            both = (one[1] > 0) & (other[1] > 0) & truth.images[a].holds(one[0]) & truth.images[b].holds(other[0])
+            if both.sum() > 20:
+                rays = images[a].rays(one[0][both])
+                base = images[b].centre - images[a].centre
+                normal = np.cross(base, rays)
+                ray = images[b].rays(other[0][both])
+                sine = np.sum(normal * ray, axis=1) / np.linalg.norm(normal, axis=1) / np.linalg.norm(ray, axis=1)
+                squares.append((sine * CAMERA.fx) ** 2)
+    return float(np.sqrt(np.mean(np.concatenate(squares))))

@@ -1,0 +1,101 @@
+"""Poses that are off come back, exact ones stay, and what is estimated of both is true."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from adjustment.scenes import CAMERA, PIXEL_M, disturbed, parallax_px, scene
+from cityflow.adjustment.block import rotation_of, vector_of
+from cityflow.adjustment.bundle import AdjustmentParameters
+from cityflow.adjustment.refinement import refined
+
+PLAIN = AdjustmentParameters()
+
+
+def test_poses_that_are_off_come_back_and_their_errors_are_known() -> None:
+    truth = scene(5)
+    given = disturbed(truth.images, 0.02, 0.4, seed=3)
+    found = refined(given, truth.ties, PLAIN)
+    assert found.gain.is_significant
+    assert parallax_px(given, truth) > 0.5
+    assert parallax_px(found.images, truth) < 0.05
+    assert found.adjusted.sigma_px == pytest.approx(0.3, rel=0.1)
+    assert found.adjusted.position_sigma_m == pytest.approx(0.02, rel=0.35)
+    assert found.adjusted.angle_sigma_rad * CAMERA.fx == pytest.approx(0.4, rel=0.35)
+    assert found.weak == ()
+
+
+def test_exact_poses_stay_as_they_are() -> None:
+    truth = scene(6)
+    found = refined(truth.images, truth.ties, PLAIN)
+    assert not found.gain.is_significant
+    assert all(a is b for a, b in zip(found.images, truth.images, strict=True))
+    adjusted = [found.adjusted.block.image(k, i.name, found.origin) for k, i in enumerate(truth.images)]
+    assert parallax_px(adjusted, truth) < 0.05
+
+
+def test_covariances_tell_the_errors_that_are_left() -> None:
+    truth = scene(7)
+    given = disturbed(truth.images, 0.05, 1.0, seed=4)
+    found = refined(given, truth.ties, PLAIN)
+    away = np.array([i.centre - t.centre for i, t in zip(found.images, truth.images, strict=True)])
+    told = np.sqrt(np.einsum("nii->ni", found.covariances)[:, 3:])
+    ratio = float(np.sqrt(np.mean((away / told) ** 2)))
+    assert 0.5 < ratio < 2.0
+    assert np.all(np.linalg.norm(away, axis=1) < 5 * PIXEL_M)
+
+
+def test_an_image_without_ties_keeps_its_pose_and_is_named() -> None:
+    truth = scene(8)
+    given = disturbed(truth.images, 0.02, 0.4, seed=5)
+    ties = truth.ties.some(truth.ties.image != 4)
+    found = refined(given, ties, PLAIN)
+    assert found.weak == ("i04",)
+    assert np.allclose(found.images[4].centre, given[4].centre, atol=1e-6)
+    assert np.allclose(found.images[4].rotation, given[4].rotation, atol=1e-9)
+
+
+def test_one_image_that_is_far_off_does_not_bend_the_others() -> None:
+    truth = scene(9)
+    given = disturbed(truth.images, 0.02, 0.4, seed=6)
+    given[7] = replace(given[7], centre=given[7].centre + np.array([0.4, 0.0, 0.3]))
+    found = refined(given, truth.ties, PLAIN)
+    assert np.linalg.norm(found.images[7].centre - truth.images[7].centre) < 0.1
+    others = [k for k in range(len(given)) if k != 7]
+    left = [np.linalg.norm(found.images[k].centre - truth.images[k].centre) for k in others]
+    assert np.median(left) < 0.03
+
+
+def test_a_focal_length_that_is_off_is_found_where_cameras_are_calibrated() -> None:
+    truth = scene(10)
+    wrong = replace(CAMERA, fx=1503.0, fy=1503.0, cx=612.0)
+    given = [replace(i, camera=wrong) for i in disturbed(truth.images, 0.02, 0.4, seed=7)]
+    known = AdjustmentParameters(calibrate=True, position_sigma_m=0.02, angle_sigma_deg=0.02)
+    found = refined(given, truth.ties, known)
+    camera = found.images[0].camera
+    assert camera.fx == pytest.approx(1500.0, rel=4e-4)
+    assert camera.cx == pytest.approx(610.0, abs=0.8)
+    assert parallax_px(found.images, truth) < 0.1
+
+
+def test_the_same_ties_give_the_same_bytes() -> None:
+    truth = scene(5)
+    given = disturbed(truth.images, 0.02, 0.4, seed=3)
+    one, other = (refined(given, truth.ties, PLAIN) for _ in range(2))
+    assert one.covariances.tobytes() == other.covariances.tobytes()
+    assert all(a.rotation.tobytes() == b.rotation.tobytes() for a, b in zip(one.images, other.images, strict=True))
+
+
+def test_nothing_in_common_is_said() -> None:
+    truth = scene(5)
+    nothing = truth.ties.some(np.zeros(len(truth.ties.point), bool))
+    with pytest.raises(ValueError, match="no tie points"):
+        refined(truth.images, nothing, PLAIN)
+
+
+def test_rotation_vectors_and_back() -> None:
+    vectors = np.random.default_rng(1).normal(0, 0.3, (20, 3))
+    assert np.allclose(vector_of(rotation_of(vectors)), vectors, atol=1e-12)
