@@ -3,7 +3,7 @@
 VENV ?= .venv
 RUN ?= runs/demo
 WORKERS ?= 2
-TESTERS ?= 3
+TESTERS ?= 4
 # Processes beside mypy's own
 TYPE_CHECKERS ?= 2
 BIN = $(VENV)/bin
@@ -18,7 +18,7 @@ unexport PYTHONDONTWRITEBYTECODE
 demo: $(VENV)/.runtime
 	$(BIN)/cityflow demo --out $(RUN) --workers $(WORKERS)
 
-# One process more than two cores, since those with a cluster wait for it. Which tests stay in one process: tests/shared_processes.py
+# Two processes more than cores, since those with a cluster mostly wait for it. Which tests stay in one process: tests/shared_processes.py
 tests: $(VENV)/.dev
 	$(BIN)/pytest -q -n $(TESTERS) --dist loadfile --no-loadscope-reorder
 
