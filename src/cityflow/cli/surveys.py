@@ -24,7 +24,10 @@ def synth(
     lidar: Annotated[float, typer.Option(min=0, help="Pulses per square metre of a LiDAR survey; 0: none")] = 0.0,
     raw: Annotated[bool, typer.Option("--raw", help="Also write raw images and calibration frames")] = False,
     condition: Annotated[
-        str, typer.Option(help="clean, or spoiled: blur, noise, exposures, JPEG 60, and each pose off by itself")
+        str,
+        typer.Option(
+            help="clean; spoiled: blur, noise, exposures, JPEG 60, each pose off by itself; uncalibrated: GNSS, lens and focal length unknown"
+        ),
     ] = "clean",
     pose_noise: Annotated[
         tuple[float, float] | None,

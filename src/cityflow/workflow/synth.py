@@ -56,7 +56,14 @@ def synth_parameters(
     tree: dict[str, Any] = {"seed": seed, "size": _size(size), "flight": _flight(flight)}
     tree |= {"lidar": {"density_m2": lidar}} if lidar > 0 else {}
     tree |= {"raw": {}} if raw else {}
-    tree = merged(tree, condition(suffers))
+    changes = condition(suffers)
+    if flight == NO_FLIGHT and changes:
+        raise WorkflowError(
+            f"'{suffers}' is a condition of pictures, but no flight is flown",
+            where="--condition",
+            remedy="name one with --flight",
+        )
+    tree = merged(tree, changes)
     known_keys(SYNTH)  # kept for the next command's look
     for setting in settings:
         given = parse_setting(setting, SynthParameters)

@@ -13,13 +13,14 @@ from cityflow.catalog.orientation import ImageSource
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import tiles_over
+from cityflow.io.control_points.point_table_write import point_table_text
 from cityflow.io.crs import resolve
 from cityflow.io.orientation.colmap import write_colmap
 from cityflow.io.rasters.raster import write_vrt
 from cityflow.io.tables.outlines_gpkg import Layer, write_geopackage
-from cityflow.stages.synth import LAYERS, TRUTH_TILE_M, SynthSource, clipped, picture_path, truth_grid, writes_jpeg
+from cityflow.stages.synth import DAY, LAYERS, TRUTH_TILE_M, SynthSource, clipped, picture_path, truth_grid, writes_jpeg
 from cityflow.stages.synth.synthetic_survey import SynthParameters, town_of
-from cityflow.synthetic.pose_noise import with_pose_noise
+from cityflow.synthetic.control import measured_control, true_control
 from cityflow.synthetic.town import Town
 from cityflow.synthetic.town_truth import town_truth
 
@@ -27,7 +28,6 @@ TIE_STEP_M = 8.0
 TITLE = "Synthetic town {}"
 LICENCE = "CC0-1.0"
 MADE_BY = "made by cityflow synth"
-DAY = "2026-06-21"
 MADE_OF = {"outlines": ("id",), "blocks": ("id", "units", "count", "filled_gaps")}
 
 
@@ -38,6 +38,7 @@ def describe_survey(out: Path, source: SynthSource) -> tuple[str, ...]:
     outlines = out / "outlines.gpkg" if _write_layers(out, town, p) else None
     _write_mosaics(out / "truth", p)
     images = _write_poses(out, source, town) if source.images else None
+    _write_control(out, source, town)
     scans = [str(out / "lidar")] if p.lidar is not None else []
     column, layer = ("id", "outlines") if outlines else (None, None)
     made = create_catalog(
@@ -52,11 +53,24 @@ def _write_poses(out: Path, source: SynthSource, town: Town) -> ImageSource:
     """COLMAP models with the poses that are given to the catalog, and with the true ones."""
     p = source.parameters
     jpeg = writes_jpeg(p.render, p.jpeg_quality)
-    noisy = with_pose_noise(source.images, p.given, p.seed)
     origin = (*p.origin, 0.0)
-    for folder, poses in (("orientation", noisy), ("truth/orientation", source.images)):
+    for folder, poses in (("orientation", p.given_images), ("truth/orientation", source.images)):
         write_colmap(out / folder, [_named(i, jpeg) for i in poses], tie_points(town, p), origin)
     return ImageSource(out / "images", {"colmap": out / "orientation"}, origin=origin)
+
+
+def _write_control(out: Path, source: SynthSource, town: Town) -> None:
+    """Measured points and marks, and the exact ones as truth; those of an earlier survey go."""
+    p = source.parameters
+    files = [out / "control.csv", out / "truth" / "control.csv"]
+    for path in files if p.control is None else ():
+        path.unlink(missing_ok=True)
+    if p.control is None:
+        return
+    jpeg = writes_jpeg(p.render, p.jpeg_quality)
+    exact = true_control(town, p.area, [_named(i, jpeg) for i in source.images], p.control, p.seed)
+    for path, points in zip(files, (measured_control(exact, p.control, p.seed), exact), strict=True):
+        path.write_text(point_table_text(points, "" if p.crs == "local" else p.crs))
 
 
 def _named(image: OrientedImage, jpeg: bool) -> OrientedImage:

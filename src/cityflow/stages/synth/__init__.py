@@ -6,7 +6,7 @@ workers, and each file depends on the parameters alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds, Grid, Tile, tiles_over
+from cityflow.core.photo_metadata import PhotoMetadata
 from cityflow.core.pixels import PixelArray
 from cityflow.core.reference import Reference
 from cityflow.flow.task import Limits, Outcome, Record, Task
@@ -23,9 +24,11 @@ from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.field_types import OrientedField
 from cityflow.io.crs import crs_of, resolve
+from cityflow.io.images.exif_write import with_exif
 from cityflow.io.images.image_write import JPEG_ENDING, TIFF_ENDING, jpeg_bytes, tiff_bytes
 from cityflow.io.points.las_write import write_points
 from cityflow.io.rasters.raster import write_cog
+from cityflow.stages.synth.photo_tags import photo_tags
 from cityflow.stages.synth.synthetic_survey import BELOW_M, RawOutput, SynthParameters, town_of
 from cityflow.synthetic.caster import Scene
 from cityflow.synthetic.footprints import ground_quad
@@ -40,6 +43,8 @@ PICTURE, CALIBRATION, SCAN, TRUTH = "picture", "calibration", "scan", "truth"
 STAGES = (PICTURE, CALIBRATION, SCAN, TRUTH)
 VERSION = 3
 SCAN_TILE_M, TRUTH_TILE_M = 250.0, 100.0
+DAY = "2026-06-21"
+"""Of the survey."""
 SHADOW_M = 60.0
 """What stands this far outside a picture may throw a shadow into it."""
 SCENE_STEP_M = 100.0
@@ -56,7 +61,7 @@ LAYERS: dict[str, tuple[str, float | None]] = {
 
 @dataclass(frozen=True, slots=True)
 class PictureParameters(TaskInputs):
-    """A picture, of the town that the seed makes; `image` is its true pose."""
+    """A picture, of the town that the seed makes; `image` is its true pose, `exif` what the file says of itself."""
 
     seed: int
     town: TownParameters
@@ -64,6 +69,7 @@ class PictureParameters(TaskInputs):
     raw: RawOutput | None
     jpeg_quality: int
     image: OrientedField
+    exif: PhotoMetadata | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,10 +120,12 @@ class SynthSource:
     def initial(self) -> Iterator[Task]:
         """Everything."""
         p = self.parameters
-        for image in self.images:
-            yield _task(
-                PICTURE, image.name, PictureParameters(p.seed, p.whole_town, p.render, p.raw, p.jpeg_quality, image)
-            )
+        tags: Sequence[PhotoMetadata | None] = [None] * len(self.images)
+        if p.exif:
+            tags = photo_tags(p.given_images, DAY, p.given.position_m, resolve(p.crs))
+        for image, exif in zip(self.images, tags, strict=True):
+            picture = PictureParameters(p.seed, p.whole_town, p.render, p.raw, p.jpeg_quality, image, exif)
+            yield _task(PICTURE, image.name, picture)
         if p.raw is not None:
             yield from self._calibration(p.raw)
         if p.lidar is not None:
@@ -176,6 +184,8 @@ def run_picture(workspace: Workspace, task: Task) -> Outcome:
     pixels: PixelArray = exposed(light, image, sensor, p.seed)
     jpeg = writes_jpeg(p.render, p.jpeg_quality)
     data = jpeg_bytes(pixels, p.jpeg_quality) if jpeg else tiff_bytes(pixels)
+    if p.exif is not None:
+        data = with_exif(data, p.exif)
     workspace.publish(picture_path(image.name, jpeg), data)
     return workspace.outcome(result={"shape": list(pixels.shape)})
 

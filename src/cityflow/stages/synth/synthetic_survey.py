@@ -11,10 +11,11 @@ from pydantic import Field, model_validator
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds
 from cityflow.core.parameters import Parameters
+from cityflow.synthetic.control import ControlParameters
 from cityflow.synthetic.flight import FlightParameters, head_rotation, plan_flight
 from cityflow.synthetic.flight_presets import PRESETS
 from cityflow.synthetic.footprints import ground_quad
-from cityflow.synthetic.pose_noise import PoseErrors
+from cityflow.synthetic.pose_noise import PoseErrors, with_pose_noise
 from cityflow.synthetic.render import RenderParameters
 from cityflow.synthetic.sensor_readout import RawParameters
 from cityflow.synthetic.town import Town, TownParameters, make_town, town_terrain
@@ -52,6 +53,10 @@ class SynthParameters(Parameters):
     render: RenderParameters = RenderParameters()
     raw: RawOutput | None = Field(None, description="raw frames and calibration frames as well; null: none")
     given: PoseErrors = Field(PoseErrors(), description="how far the catalog's orientation is off the true one")
+    exif: bool = Field(False, description="JPEG pictures carry place, time and focal length of the given orientation")
+    control: ControlParameters | None = Field(
+        None, description="control and check points with their marks in the pictures; null: none"
+    )
     jpeg_quality: int = Field(95, ge=0, le=100, description="of pictures of 8 bits; 0: lossless TIFF")
     lidar: TownLidarParameters | None = Field(None, description="how the town is scanned; null: not at all")
     truth_cell_m: float = Field(0.08, ge=0.02, le=1, description="cell of the truth rasters, metres")
@@ -64,12 +69,24 @@ class SynthParameters(Parameters):
             raise ValueError("neither a flight nor LiDAR: there is nothing to survey with")
         if self.raw is not None and self.flight is None:
             raise ValueError("raw frames need a flight")
+        if self.control is not None and self.flight is None:
+            raise ValueError("control points are marked in pictures: they need a flight")
+        if self.exif and not self._writes_jpeg:
+            raise ValueError(
+                "EXIF is written into JPEG pictures only: 8 bits, no near infrared, a jpeg_quality above 0"
+            )
+        if self.exif and self.crs == "local":
+            raise ValueError("a local frame has no latitudes for EXIF: give a crs")
         if max(self.size) + 2 * self.around_m > LARGEST_TOWN_M:
             raise ValueError(
                 f"the town would be {max(self.size) + 2 * self.around_m:.0f} m wide with the {self.around_m:.0f} m around it that "
                 f"images see; at most {LARGEST_TOWN_M:.0f} m: a smaller size, smaller images, or surroundings_m"
             )
         return self
+
+    @property
+    def _writes_jpeg(self) -> bool:
+        return self.jpeg_quality > 0 and self.render.sensor.bits == 8 and not self.render.near_infrared
 
     @property
     def area(self) -> Bounds:
@@ -110,6 +127,11 @@ class SynthParameters(Parameters):
         x, y = (self.area[0] + self.area[2]) / 2, (self.area[1] + self.area[3]) / 2
         ground = float(town_terrain(self.seed, self.whole_town).z(np.array([x]), np.array([y]))[0])
         return plan_flight(self.area, round(ground, 1), self.flight)
+
+    @property
+    def given_images(self) -> tuple[OrientedImage, ...]:
+        """What is flown, with the orientation that is handed over."""
+        return with_pose_noise(self.images, self.given, self.seed)
 
 
 def _reach(flight: FlightParameters) -> float:
