@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import geopandas
 import laspy
@@ -17,10 +18,16 @@ import pytest
 import rasterio
 
 from cityflow.core.arrays import FloatArray
+from cityflow.flow.ledger import Ledger
 from cityflow.io.rasters.surface_dataset import chunked_surface
+from cityflow.runs.prepare import prepared
+from cityflow.stages import frame
+from cityflow.surface.ortho_reach import hiding_reach
+from cityflow.surface.true_ortho import OrthoParameters
 from cluster.small_city import Commands, Done, contents, copy_of, newest, redone, report
 from cluster.small_flight import AREA, GSD_M, HOUSES, SmallFlight, make_flight, truth
 from flow.processes import Cluster
+from in_process import run_all
 
 pytestmark = pytest.mark.cluster
 
@@ -147,6 +154,30 @@ def test_surface_and_frames_open_with_xarray(flight_run: Path) -> None:
     assert {"dsm", "ortho", "ortho_seen"} <= set(frame.data_vars)
     assert np.isfinite(frame["dsm"].values).sum() > 10_000
     assert frame["ortho_seen"].values.sum() > 10_000
+
+
+def test_what_can_hide_a_tile_of_a_frame_is_all_that_counts(
+    flight_run: Path, small_flight: SmallFlight, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Fused with all within the limit, not only with what rays and heights say can hide it, a tile has the same surface and colours."""
+    run = copy_of(flight_run, tmp_path / "copy")
+    wanted = prepared(small_flight.workflow, str(small_flight.catalog), str(run), [], "")
+    with Ledger.open(wanted.store) as ledger:
+        known = {(r.stage, r.unit): r for r in ledger.records()}
+    as_made = {unit: known.pop((stage, unit)) for stage, unit in list(known) if stage == "frame"}
+    reaches = list[float]()
+
+    def unlimited(*given: Any) -> float:
+        reaches.append(hiding_reach(*given))
+        return np.inf
+
+    monkeypatch.setattr(frame, "hiding_reach", unlimited)
+    again = run_all(wanted.source(), wanted.store, known=known)
+    made = {unit: again["frame", unit] for unit in as_made}
+    assert [r.result["digest"] for r in made.values()] == [r.result["digest"] for r in as_made.values()]
+    assert all(made[u].result["points"] >= r.result["points"] for u, r in as_made.items())
+    assert any(made[u].result["points"] > r.result["points"] for u, r in as_made.items()), "nothing was left out"
+    assert max(reaches) < OrthoParameters().halo_m / 2
 
 
 def test_the_report_names_every_stage(flight_run: Path) -> None:
