@@ -11,7 +11,7 @@ from PIL.TiffImagePlugin import IFDRational
 
 from cityflow.core.photo_metadata import HeightKind, PhotoMetadata
 from cityflow.errors import CatalogError
-from cityflow.geometry.rotations import PHOTO_FLIP, from_gimbal
+from cityflow.geometry.rotations import PHOTO_FLIP, from_gimbal, gimbal_angles
 from cityflow.io.images.photo_metadata import metadata_of_bytes, photo_metadata
 from cityflow.io.images.xmp_tags import xmp_tags
 
@@ -93,7 +93,13 @@ def test_sensefly() -> None:
         PLACE,
     )  # fmt: skip
     photo = metadata_of_bytes("a.jpg", (5472, 3648), exif, _xmp("", SENSEFLY))
-    assert photo.look_deg == (33.5, -85.5, -1.25)
+    assert photo.look_deg is not None
+    # nose up by 4.5°: the camera looks ahead of straight down; the left wing is up by 1.25°, as senseFly counts: it looks to the left, too
+    ahead, left = np.radians(4.5), np.radians(1.25)
+    body = np.array([np.sin(ahead) * np.cos(left), -np.sin(left), np.cos(ahead) * np.cos(left)])  # ahead, right, down
+    yaw = np.radians(33.5)
+    north, east = np.cos(yaw) * body[0] - np.sin(yaw) * body[1], np.sin(yaw) * body[0] + np.cos(yaw) * body[1]
+    assert photo.axis == pytest.approx([east, north, -body[2]], abs=1e-12)
     assert photo.sensor_width_mm == pytest.approx(12.0)
     camera, place = photo.calibrated, photo.position
     assert camera is not None
@@ -170,6 +176,25 @@ def test_files(tmp_path: Path) -> None:
     for name in ("c.jpg", "d.jpg"):
         with pytest.raises(CatalogError, match=f"{name}: this is no image"):
             photo_metadata(tmp_path / name)
+
+
+@pytest.mark.parametrize("make", ["senseFly", "Parrot"])
+def test_wings_that_roll_tilt_the_axis(make: str) -> None:
+    """Heading north, level, right wing down by 20°: a camera in the floor looks to the west of straight down."""
+    roll = -20 if make == "senseFly" else 20
+    tags = f"<Camera:Yaw>0</Camera:Yaw><Camera:Pitch>0</Camera:Pitch><Camera:Roll>{roll}</Camera:Roll>"
+    photo = metadata_of_bytes("a.jpg", SIZE, _exif({BASE.Make: make}, {}), _xmp("", tags))
+    assert photo.axis == pytest.approx([-np.sin(np.radians(20)), 0.0, -np.cos(np.radians(20))])
+    assert photo.look_deg is not None
+    x_of_picture = from_gimbal(*np.radians(photo.look_deg).tolist())[0]
+    assert x_of_picture == pytest.approx([np.cos(np.radians(20)), 0.0, -np.sin(np.radians(20))], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "degrees", [(40.0, -50.0, 20.0), (-170.0, 30.0, -120.0), (25.0, -90.0, 0.0), (0.0, 0.0, 0.0), (77.0, 90.0, 0.0)]
+)
+def test_angles_of_a_gimbal_come_back(degrees: tuple[float, float, float]) -> None:
+    assert np.degrees(gimbal_angles(from_gimbal(*np.radians(degrees).tolist()))) == pytest.approx(degrees, abs=1e-6)
 
 
 def test_the_look_of_a_gimbal() -> None:

@@ -99,6 +99,20 @@ def from_gimbal(yaw: float, pitch: float, roll: float) -> FloatArray:
     return np.asarray(_AHEAD_TO_CAMERA @ ned_from_body.T @ _ENU_TO_NED)
 
 
+def gimbal_angles(rotation: FloatArray) -> tuple[float, float, float]:
+    """Yaw, pitch and roll (radians) of a (3, 3) camera_from_world, as `from_gimbal` takes them; straight down or up, where only their sum counts, roll is 0."""
+    ned_from_body = _ENU_TO_NED @ rotation.T @ _AHEAD_TO_CAMERA
+    level = float(np.hypot(ned_from_body[0, 0], ned_from_body[1, 0]))
+    pitch = float(np.arctan2(-ned_from_body[2, 0], level))
+    if level < 1e-9:
+        return float(np.arctan2(-ned_from_body[0, 1], ned_from_body[1, 1])), pitch, 0.0
+    yaw, roll = (
+        np.arctan2(ned_from_body[1, 0], ned_from_body[0, 0]),
+        np.arctan2(ned_from_body[2, 1], ned_from_body[2, 2]),
+    )
+    return float(yaw), pitch, float(roll)
+
+
 def from_angles(first: float, second: float, third: float, order: RotationOrder) -> FloatArray:
     """(3, 3) camera_from_world of three angles (radians) in the order that `order` names."""
     if order is RotationOrder.OMEGA_PHI_KAPPA:

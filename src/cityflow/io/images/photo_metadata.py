@@ -1,7 +1,8 @@
 """EXIF and XMP of photographs as one value: DJI, senseFly and Parrot, Autel, Sony, Phase One, and plain cameras.
 
-Where XMP and EXIF both state a value, XMP's is taken: makers of drones write it with more digits. Pitch of DJI's gimbal is 0 at the horizon; that of
-Pix4D's tags (``Camera:Pitch``, which senseFly, Parrot and Autel write) is 0 straight down.
+Where XMP and EXIF both state a value, XMP's is taken: makers of drones write it with more digits. DJI's gimbal angles are those of the optical axis, pitch
+0 at the horizon. Pix4D's tags (``Camera:Pitch``, which senseFly, Parrot and Autel write) are those of an aircraft whose camera looks straight down where
+they are 0; they are led to the optical axis, as a roll of wings tilts it.
 """
 
 from __future__ import annotations
@@ -10,11 +11,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from PIL import ExifTags, Image
 
 from cityflow.core.camera import Camera
 from cityflow.core.photo_metadata import GnssPosition, HeightKind, PhotoMetadata
 from cityflow.errors import CatalogError
+from cityflow.geometry.rotations import from_yaw_pitch_roll, gimbal_angles
 from cityflow.io.given_files import check_plain
 from cityflow.io.images.image_header import MM_PER_UNIT, exif_degrees, exif_number
 from cityflow.io.images.xmp_tags import xmp_tags
@@ -23,6 +26,8 @@ TIFF_XMP = 700
 SERIALS = ("drone-dji:CameraSerialNumber", "Camera:SerialNumber", "aux:SerialNumber", "exifEX:BodySerialNumber")
 RTK_FIXED = "50"
 """DJI's ``RtkFlag``: 0 none, 16 single, 34 float, 50 fixed."""
+ROLLED_LEFT = "sensefly"
+"""Make whose ``Camera:Roll`` is positive with the left wing down: so OpenDroneMap reads it (``opendm/photo.py``); no description of its own was found."""
 ELLIPSOID_REFERENCES = (2, 3)
 """EXIF 3.0's ``GPSAltitudeRef`` for heights above and below the ellipsoid; 0 and 1 are above and below sea level."""
 
@@ -79,7 +84,7 @@ def metadata_of_tags(name: str, size: tuple[int, int], exif: Image.Exif, xmp: by
         int(orientation) if orientation and 1 <= orientation <= 8 else 1, focal,
         exif_number(fine.get(base.FocalLengthIn35mmFilm)) or None, sensor, _calibrated(extra, size, sensor),
         _position(place, extra), start if start is not None else exif_number(extra.get("Camera:AboveGroundAltitude")),
-        _look(extra), _shutter(extra),
+        _look(extra, make), _shutter(extra),
     )  # fmt: skip
 
 
@@ -185,16 +190,18 @@ def _height(place: Mapping[int, Any], extra: Mapping[str, str]) -> tuple[float |
     return (-height if code in (1, 3) else height), kind
 
 
-def _look(extra: Mapping[str, str]) -> tuple[float, float, float] | None:
+def _look(extra: Mapping[str, str], make: str) -> tuple[float, float, float] | None:
     """Yaw, pitch (0 level, -90 down) and roll in degrees."""
     for maker in ("drone-dji:Gimbal{}Degree", "drone-autel:Gimbal{}Degree", "Camera:Gimbal{}"):
         angles = [_first(extra, maker.format(a)) for a in ("Yaw", "Pitch", "Roll")]
         if None not in angles[:2]:
             return float(angles[0] or 0), float(angles[1] or 0), float(angles[2] or 0)
-    angles = [_first(extra, f"Camera:{a}") for a in ("Yaw", "Pitch", "Roll")]
-    if None in angles:
+    yaw, pitch, roll = (_first(extra, f"Camera:{a}") for a in ("Yaw", "Pitch", "Roll"))
+    if yaw is None or pitch is None or roll is None:
         return None
-    return float(angles[0] or 0), float(angles[1] or 0) - 90.0, float(angles[2] or 0)
+    wing = -roll if make.strip().lower() == ROLLED_LEFT else roll
+    axis = gimbal_angles(from_yaw_pitch_roll(*np.radians([yaw, pitch, wing]).tolist()))
+    return float(np.degrees(axis[0])), float(np.degrees(axis[1])), float(np.degrees(axis[2]))
 
 
 def _shutter(extra: Mapping[str, str]) -> str:
