@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -131,3 +132,19 @@ def test_separate_models_are_said(tmp_path: Path) -> None:
     assert [i.name for i in model.images] == ["DJI_1.JPG", "DJI_2.JPG"]
     assert "2 separate models (1, 1 images)" in model.notes[0]
     assert len(model.sparse) == 2
+
+
+def test_what_opendronemap_has_overwritten_is_read_from_beside(tmp_path: Path) -> None:
+    """The file holds UTM less an offset (its north is off by the meridian convergence); OpenSfM's own stands beside."""
+    place = PLACE | {"altitude": 0.0}
+    images = tuple(OrientedImage(i.name, i.camera, i.rotation, i.centre - ORIGIN) for i in flight())
+    turn = Rotation.from_euler("z", 1.5, degrees=True).as_matrix()
+    utm = tuple(replace(i, rotation=i.rotation @ turn.T, centre=turn @ i.centre) for i in images)
+    path = _written(tmp_path, _model(utm, reference_lla=place))
+    target = CRS.from_epsg(28992)
+    assert "name reconstruction.topocentric.json" in _read(path, target).notes[0]
+    (tmp_path / "reconstruction.topocentric.json").write_text(json.dumps([_model(images, reference_lla=place)]))
+    model = _read(path, target)
+    assert len(model.notes) == 1
+    alone = _read(tmp_path / "reconstruction.topocentric.json", target)
+    assert [i.centre.tolist() for i in model.images] == [i.centre.tolist() for i in alone.images]

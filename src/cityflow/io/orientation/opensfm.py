@@ -1,12 +1,14 @@
 """``reconstruction.json`` of OpenSfM and OpenDroneMap: cameras in shares of the image's longer side, poses in metres east, north and up of a place.
 
 A shot is camera_from_world as an axis times an angle, and a translation; x right, y down, z forward. Shares count from the middle of the image.
+OpenDroneMap overwrites the file with coordinates of UTM less an offset, whose north is another, and keeps OpenSfM's own as `TOPOCENTRIC` beside
+(``stages/run_opensfm.py``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,7 @@ from cityflow.io.orientation.geocentric import geocentric_to_map, on_map
 from cityflow.io.orientation.oriented_images import LeftOut, OrientationModel, in_order
 from cityflow.io.orientation.readers import OrientationFile
 
+TOPOCENTRIC = "reconstruction.topocentric.json"
 AGAIN = "name the file reconstruction.json of the folder opensfm"
 TERMS: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "perspective": (PERSPECTIVE, ("k1", "k2")), "simple_radial": (PERSPECTIVE, ("k1",)), "radial": (PERSPECTIVE, ("k1", "k2")),
@@ -61,7 +64,10 @@ class _World:
 
 
 def read(given: OrientationFile) -> OrientationModel:
-    """For `readers.READERS`: all models of the file."""
+    """For `readers.READERS`: all models of the file, or of `TOPOCENTRIC` beside it."""
+    original = given.path.with_name(TOPOCENTRIC)
+    if given.path.name != TOPOCENTRIC and original.is_file():
+        given = replace(given, path=original)
     parts = _parts(given.path)
     images: list[OrientedImage] = []
     left_out: list[LeftOut] = []
@@ -82,12 +88,12 @@ def read(given: OrientationFile) -> OrientationModel:
         raise CatalogError(problem, where=str(given.path), remedy=AGAIN) from error
     kept, twice = in_order(images)
     return OrientationModel(
-        kept, np.concatenate(sparse), (*left_out, *twice), _notes(given, [len(p.get("shots", {})) for p in parts], placed)
+        kept, np.concatenate(sparse), (*left_out, *twice), _notes(given, parts, placed)
     )  # fmt: skip
 
 
-def _notes(given: OrientationFile, shots: Sequence[int], placed: bool) -> tuple[str, ...]:
-    notes = []
+def _notes(given: OrientationFile, parts: Sequence[Mapping[str, Any]], placed: bool) -> tuple[str, ...]:
+    notes, shots = [], [len(p.get("shots", {})) for p in parts]
     if len(shots) > 1:
         listed = ", ".join(map(str, shots))
         notes.append(
@@ -99,6 +105,11 @@ def _notes(given: OrientationFile, shots: Sequence[int], placed: bool) -> tuple[
             f"{given.path.name} has no reference_lla: its coordinates are taken as those of the CRS → check --crs"
         )
     elif given.target is not None:
+        if given.path.name != TOPOCENTRIC and all((p.get("reference_lla") or {}).get("altitude") == 0 for p in parts):
+            notes.append(
+                f"{given.path.name} counts heights from 0, as OpenDroneMap does, which writes UTM less an offset into this file → if it did, "
+                f"name {TOPOCENTRIC}, or leave it beside"
+            )
         notes.append(
             "heights of OpenSfM are those of the images' GPS, taken as ellipsoidal; check them against known points"
         )
