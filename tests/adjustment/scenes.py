@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
+import cv2
 import numpy as np
 
 from cityflow.adjustment.block import rotation_of
@@ -75,3 +77,22 @@ def parallax_px(images: list[OrientedImage] | tuple[OrientedImage, ...], truth: 
                 sine = np.sum(normal * ray, axis=1) / np.linalg.norm(normal, axis=1) / np.linalg.norm(ray, axis=1)
                 squares.append((sine * CAMERA.fx) ** 2)
     return float(np.sqrt(np.mean(np.concatenate(squares))))
+
+
+@lru_cache(maxsize=1)
+def _texture() -> np.ndarray:
+    """Blobs of many sizes, 1600 pixels of 0.1 m around the origin."""
+    rng = np.random.default_rng(3)
+    layers = [cv2.GaussianBlur(rng.normal(size=(1600, 1600)), (0, 0), s) * s for s in (1.5, 3.0, 6.0, 12.0)]
+    total = np.sum(layers, axis=0)
+    return np.asarray(np.clip(128 + 45 * total / total.std(), 0, 255), np.float32)
+
+
+def rendered_ground(image: OrientedImage) -> np.ndarray:
+    """(h, w, 1) uint8: level ground at height 0 with a texture, as an image within 80 m of the origin sees it."""
+    v, u = np.mgrid[: image.camera.height, : image.camera.width] + 0.5
+    rays = image.rays(np.column_stack([u.ravel(), v.ravel()]))
+    ground = image.centre + rays * (-image.centre[2] / rays[:, 2])[:, None]
+    column, row = ((ground[:, k].reshape(u.shape) * s / 0.1 + 800 - 0.5) for k, s in ((0, 1), (1, -1)))
+    picture = cv2.remap(_texture(), column.astype(np.float32), row.astype(np.float32), cv2.INTER_CUBIC)
+    return np.asarray(np.clip(picture, 0, 255), np.uint8)[..., None]

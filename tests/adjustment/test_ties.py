@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache
 
-import cv2
 import numpy as np
 
+from adjustment.scenes import rendered_ground
 from cityflow.adjustment.block import rotation_of
 from cityflow.adjustment.features import FeatureParameters, Features, find_features
 from cityflow.adjustment.guided_matching import MatchingParameters, guided_matches
@@ -22,27 +22,13 @@ HEIGHTS = (-3.0, 3.0)
 BOUND_PX = 10.0
 
 
-@lru_cache(maxsize=1)
-def _ground() -> np.ndarray:
-    """A texture of 1600 pixels of 0.1 m around the origin, blobs of many sizes."""
-    rng = np.random.default_rng(3)
-    layers = [cv2.GaussianBlur(rng.normal(size=(1600, 1600)), (0, 0), s) * s for s in (1.5, 3.0, 6.0, 12.0)]
-    total = np.sum(layers, axis=0)
-    return np.asarray(np.clip(128 + 45 * total / total.std(), 0, 255), np.float32)
-
-
 @lru_cache(maxsize=4)
 def _pictures() -> tuple[tuple[OrientedImage, np.ndarray], ...]:
     """Three images of level ground at height 0, two upright and one tilted by 30°."""
     made = []
     for name, x, y, omega in (("a", -4.0, 0.0, 0.0), ("b", 5.0, 1.0, 0.0), ("c", 0.0, -26.0, 30.0)):
         image = OrientedImage(name, CAMERA, from_omega_phi_kappa(np.radians(omega), 0.02, 0.1), np.array([x, y, 50.0]))
-        v, u = np.mgrid[: CAMERA.height, : CAMERA.width] + 0.5
-        rays = image.rays(np.column_stack([u.ravel(), v.ravel()]))
-        ground = image.centre + rays * (-image.centre[2] / rays[:, 2])[:, None]
-        column, row = ((ground[:, k].reshape(u.shape) * s / 0.1 + 800 - 0.5) for k, s in ((0, 1), (1, -1)))
-        picture = cv2.remap(_ground(), column.astype(np.float32), row.astype(np.float32), cv2.INTER_CUBIC)
-        made.append((image, np.clip(picture, 0, 255).astype(np.uint8)[..., None]))
+        made.append((image, rendered_ground(image)))
     return tuple(made)
 
 

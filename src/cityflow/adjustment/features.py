@@ -6,15 +6,18 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pycolmap
 from numpy.typing import NDArray
 from pydantic import Field
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.parameters import Parameters
 from cityflow.core.pixels import PixelArray, Pixels, level_shape
+
+if TYPE_CHECKING:
+    import pycolmap
 
 GREY = np.array([0.299, 0.587, 0.114], np.float32)
 """Brightness of red, green and blue (ITU-R BT.601)."""
@@ -111,6 +114,10 @@ def _grey(part: PixelArray, white: float) -> NDArray[np.uint8]:
 
 @lru_cache(maxsize=1)
 def _sift() -> pycolmap.Sift:
+    """Imported here, as the import changes how its process answers signals."""
+    import pycolmap
+
+    pycolmap.logging.minloglevel = pycolmap.logging.WARNING.value
     options = pycolmap.FeatureExtractionOptions()
     options.num_threads = 1
     options.use_gpu = False

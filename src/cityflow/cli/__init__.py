@@ -15,6 +15,7 @@ from cityflow import __version__
 from cityflow.cli import options
 from cityflow.cli.catalog import FilesUnquoted, catalog_check, catalog_create
 from cityflow.cli.evaluate import PointsFirst, evaluate_outlines, evaluate_points, evaluate_units
+from cityflow.cli.orient import orient
 from cityflow.cli.rasters import raster
 from cityflow.cli.runs import cancel, explain, join, plan, report, rerun, run, status, submit, view
 from cityflow.cli.surveys import demo, synth
@@ -77,6 +78,7 @@ TOP: tuple[Callable[..., None], ...] = (
     view,
     raster,
     join,
+    orient,
     synth,
     demo,
     parameters,

@@ -100,6 +100,8 @@ class ImageAsset:
     gain, gamma, falloff, shoulder : what makes the image match the others, and keeps highlights below white: as in `core.colour_image.ColourImage`
     pixel_mm : size of a pixel on the sensor, millimetres; 0 where unknown
     white : of 16-bit files the value that the survey's sensor shows as white, 4095 for one of 12 bits; 0 where unknown
+    pose_covariance : (21,) upper triangle, rows first, of rotation vector in the camera frame (radians) and centre (metres), by `cityflow orient`; empty
+        where nobody has looked
     """
 
     name: str
@@ -118,6 +120,7 @@ class ImageAsset:
     falloff: float = 0.0
     shoulder: float = 0.0
     white: float = 0.0
+    pose_covariance: tuple[float, ...] = ()
 
     def __eq__(self, other: object) -> bool:
         """Equal in every value, also in those of arrays."""
@@ -196,7 +199,7 @@ def _plain(asset: ImageAsset) -> tuple[object, ...]:
     image = asset.oriented
     return (
         asset.name, asset.href, asset.checksum, asset.size, asset.bounds, asset.heights, asset.bands, asset.dtype, asset.gain,
-        asset.date, asset.pixel_mm, asset.gamma, asset.falloff, asset.shoulder, asset.white,
+        asset.date, asset.pixel_mm, asset.gamma, asset.falloff, asset.shoulder, asset.white, asset.pose_covariance,
         image.name, image.camera, image.rotation.tolist(), image.centre.tolist(),
     )  # fmt: skip
 

@@ -63,6 +63,8 @@ def image_properties(asset: ImageAsset, reference: Reference) -> dict[str, Any]:
         properties["cityflow:shoulder"] = asset.shoulder
     if asset.white:
         properties["cityflow:white"] = asset.white
+    if asset.pose_covariance:
+        properties["cityflow:pose_covariance"] = list(asset.pose_covariance)
     if properties["view:off_nadir"] > 90:
         # The view extension ends at the horizon.
         del properties["view:off_nadir"], properties["view:azimuth"]
@@ -141,6 +143,7 @@ def image_of_item(
         falloff=float(p.get("cityflow:falloff", 0.0)),
         shoulder=float(p.get("cityflow:shoulder", 0.0)),
         white=float(p.get("cityflow:white", 0.0)),
+        pose_covariance=tuple(float(v) for v in p.get("cityflow:pose_covariance", ())),
     )
 
 

@@ -1,0 +1,254 @@
+"""Stages of ``cityflow orient``: features of each image, ties of each image with its partners, the adjustment of the block."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from pydantic import Field
+
+from cityflow.adjustment.bundle import AdjustmentParameters
+from cityflow.adjustment.features import FeatureParameters, find_features
+from cityflow.adjustment.guided_matching import MatchingParameters, guided_matches
+from cityflow.adjustment.pair_check import agreeing
+from cityflow.adjustment.refinement import refined
+from cityflow.adjustment.tracks import tied
+from cityflow.core.building import Status
+from cityflow.core.parameters import Parameters
+from cityflow.errors import CatalogError
+from cityflow.flow.task import Json, Limits, Outcome, Record, Task, digest_of
+from cityflow.flow.typed import TaskInputs, as_json
+from cityflow.flow.workspace import Workspace
+from cityflow.handover.field_types import OrientedField
+from cityflow.handover.oriented import to_json
+from cityflow.handover.refined_block import encode_refinement
+from cityflow.handover.source_file import SourceFile
+from cityflow.handover.tie_files import decode_features, decode_matches, encode_features, encode_matches
+from cityflow.io.catalog.stac_assets import ImageAsset
+from cityflow.io.fetch import local_file
+from cityflow.io.images.image_tiles import tile_image
+from cityflow.io.images.tiled_images import check_against, image_header, open_image
+from cityflow.orientation.tie_pairs import PairParameters, tie_pairs
+from cityflow.orientation.views import View
+
+FEATURES, TIES, ADJUST = "features", "ties", "adjust"
+STAGES = (FEATURES, TIES, ADJUST)
+VERSION = 1
+BLOCK = "block"
+"""The one unit of the adjustment."""
+FEATURES_FILE, TIES_FILE, BLOCK_FILE = "features.bin", "ties.bin", "block.json"
+LEAST_TIES, LEAST_SHARE = 15, 0.35
+"""Matches of a pair that agree, and their share of all: fewer may agree by chance; set by hand on synthetic flights."""
+ONE_IMAGE, WHOLE_BLOCK = Limits(time_s=3600, memory_mb=6000), Limits(time_s=6 * 3600, memory_mb=16000)
+
+
+class OrientParameters(Parameters):
+    """How poses are refined."""
+
+    features: FeatureParameters = FeatureParameters()
+    pairs: PairParameters = PairParameters()
+    matching: MatchingParameters = MatchingParameters()
+    bound_px: float = Field(
+        12.0, gt=0.5, le=500, description="a match lies this near to where the given poses have it, pixels"
+    )
+    adjustment: AdjustmentParameters = AdjustmentParameters()
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureInputs(TaskInputs):
+    """An image; `white`: the value that is shown as white."""
+
+    file: SourceFile
+    image: OrientedField
+    white: float
+
+
+@dataclass(frozen=True, slots=True)
+class TieImage(TaskInputs):
+    """An image whose features are known: where they are, and lowest ground and highest object, metres."""
+
+    image: OrientedField
+    heights: tuple[float, float]
+    features: str
+
+
+@dataclass(frozen=True, slots=True)
+class TieInputs(TaskInputs):
+    """The first image is matched with each of the others."""
+
+    images: tuple[TieImage, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class BlockInputs(TaskInputs):
+    """All images, and RUN-relative paths of the ties of those that have partners."""
+
+    images: tuple[TieImage, ...]
+    ties: Mapping[str, str]
+
+
+@dataclass
+class OrientSource:
+    """The tasks of one adjustment: features first, ties of an image when its partners have theirs, the block last.
+
+    Parameters
+    ----------
+    assets : images of the catalog
+    """
+
+    assets: tuple[ImageAsset, ...]
+    parameters: OrientParameters
+    _ended: dict[str, dict[str, Record]] = field(default_factory=lambda: {FEATURES: {}, TIES: {}}, init=False)
+
+    def __post_init__(self) -> None:
+        views = [View(a.oriented, a.heights) for a in self.assets]
+        names = [a.name for a in self.assets]
+        self._asset = dict(zip(names, self.assets, strict=True))
+        self.partners: dict[str, list[str]] = {name: [] for name in names}
+        for one, other in tie_pairs(views, self.parameters.pairs):
+            self.partners[names[one]].append(names[other])
+        self._waiting = {name for name, others in self.partners.items() if others}
+        self._uses: dict[str, set[str]] = {name: set() for name in names}
+        for name in self._waiting:
+            for each in (name, *self.partners[name]):
+                self._uses[each].add(name)
+        self.pairs = sum(len(others) for others in self.partners.values())
+
+    def initial(self) -> Iterator[Task]:
+        """Features of all images."""
+        for asset in self.assets:
+            file = SourceFile(asset.href, asset.size, asset.checksum)
+            white = asset.white or float(np.iinfo(asset.dtype).max)
+            yield Task(
+                FEATURES, asset.name, "cityflow.stages.orient:run_features", VERSION,
+                parameters=as_json(self.parameters.features), inputs={"file": asset.checksum, "white": digest_of(white)},
+                arguments=as_json(FeatureInputs(file, asset.oriented, white)), limits=ONE_IMAGE,
+            )  # fmt: skip
+
+    def after(self, task: Task, record: Record) -> Iterable[Task]:
+        """Ties whose features are all there, and the block when all ties are."""
+        if task.stage == ADJUST:
+            return []
+        self._ended[task.stage][task.unit] = record
+        if task.stage == TIES:
+            return (
+                [self._block()] if len(self._ended[TIES]) == len([n for n in self.partners if self.partners[n]]) else []
+            )
+        known = self._ended[FEATURES]
+        ready = [
+            name
+            for name in sorted(self._uses[task.unit] & self._waiting)
+            if all(each in known for each in (name, *self.partners[name]))
+        ]
+        self._waiting -= set(ready)
+        return [self._ties(name) for name in ready]
+
+    def _ties(self, name: str) -> Task:
+        names = [n for n in (name, *self.partners[name]) if self._has_features(n)]
+        images = tuple(self._tie_image(n) for n in names) if self._has_features(name) else ()
+        asked = self.parameters
+        return Task(
+            TIES, name, "cityflow.stages.orient:run_ties", VERSION,
+            parameters={"matching": as_json(asked.matching), "bound_px": asked.bound_px},
+            inputs={f"image {n}": self._digest(n) for n in names}, arguments=as_json(TieInputs(images)), limits=ONE_IMAGE,
+        )  # fmt: skip
+
+    def _block(self) -> Task:
+        names = [n for n in sorted(self.partners) if self._has_features(n)]
+        ties = {n: r for n, r in sorted(self._ended[TIES].items()) if r.status is not Status.FAILED}
+        return Task(
+            ADJUST, BLOCK, "cityflow.stages.orient:run_adjust", VERSION, parameters=as_json(self.parameters.adjustment),
+            inputs={
+                **{f"image {n}": self._digest(n) for n in names},
+                **{f"ties {n}": digest_of(list(r.outputs.values())) for n, r in ties.items()},
+            },
+            arguments=as_json(BlockInputs(tuple(map(self._tie_image, names)), {n: next(iter(r.outputs)) for n, r in ties.items()})),
+            limits=WHOLE_BLOCK,
+        )  # fmt: skip
+
+    def _has_features(self, name: str) -> bool:
+        return self._ended[FEATURES][name].status is not Status.FAILED
+
+    def _tie_image(self, name: str) -> TieImage:
+        asset = self._asset[name]
+        return TieImage(asset.oriented, asset.heights, next(iter(self._ended[FEATURES][name].outputs)))
+
+    def _digest(self, name: str) -> str:
+        """Of features, pose and heights."""
+        asset = self._asset[name]
+        features = list(self._ended[FEATURES][name].outputs.values())
+        return digest_of([features, to_json(asset.oriented), list(asset.heights)])
+
+
+def run_features(workspace: Workspace, task: Task) -> Outcome:
+    """Points of one image.
+
+    Raises
+    ------
+    CatalogError
+        The file is another than when the catalog was made, damaged, or of another size than its camera's images.
+    """
+    given = task.arguments_as(FeatureInputs)
+    with local_file(given.file.href) as path, tempfile.TemporaryDirectory(prefix="cityflow-") as folder:
+        given.file.refuse_other(path)
+        check_against(image_header(path), given.image.camera)
+        tiled = Path(folder) / "image.tif"
+        tile_image(path, tiled)
+        pixels = open_image(tiled)
+        found = find_features(pixels, given.white, task.parameters_as(FeatureParameters))
+        pixels.close()
+    workspace.write(FEATURES_FILE, encode_features(found))
+    return workspace.outcome(result={"points": len(found)})
+
+
+def run_ties(workspace: Workspace, task: Task) -> Outcome:
+    """Matches of one image with its partners that agree with one relative orientation."""
+    given, bound = task.arguments_as(TieInputs), float(task.parameters["bound_px"])
+    parameters = MatchingParameters.model_validate(task.parameters["matching"])
+    agreed, found = {}, 0
+    features = [decode_features(workspace.read(each.features)) for each in given.images]
+    for other, theirs in list(zip(given.images, features, strict=True))[1:]:
+        one = given.images[0]
+        heights = min(one.heights[0], other.heights[0]), max(one.heights[1], other.heights[1])
+        pair = one.image, other.image
+        matches = guided_matches(pair, (features[0], theirs), heights, bound, parameters)
+        good = agreeing(pair, (features[0].uv[matches[:, 0]], theirs.uv[matches[:, 1]]), bound)
+        found += len(matches)
+        if good.sum() >= max(LEAST_TIES, LEAST_SHARE * len(matches)):
+            agreed[other.image.name] = matches[good]
+    workspace.write(TIES_FILE, encode_matches(agreed))
+    result: dict[str, Json] = {
+        "pairs": max(len(given.images) - 1, 0), "tied": len(agreed), "matches": found, "agreed": sum(map(len, agreed.values())),
+    }  # fmt: skip
+    return workspace.outcome(result=result)
+
+
+def run_adjust(workspace: Workspace, task: Task) -> Outcome:
+    """The block, refined where that is significant.
+
+    Raises
+    ------
+    CatalogError
+        The images show nothing in common where their poses have it.
+    """
+    given = task.arguments_as(BlockInputs)
+    number = {each.image.name: k for k, each in enumerate(given.images)}
+    features = [decode_features(workspace.read(each.features)) for each in given.images]
+    matches = {
+        (number[name], number[other]): pairs
+        for name, path in given.ties.items()
+        for other, pairs in decode_matches(workspace.read(path)).items()
+    }
+    ties = tied(matches, [f.uv for f in features], [f.scale for f in features])
+    try:
+        found = refined([each.image for each in given.images], ties, task.parameters_as(AdjustmentParameters))
+    except ValueError as error:
+        remedy = "check the orientation (cityflow catalog check), or give more room with --set bound_px=…"
+        raise CatalogError(str(error), where="the images' ties", remedy=remedy) from error
+    text, summary = encode_refinement(found)
+    workspace.write(BLOCK_FILE, json.dumps(text, sort_keys=True, separators=(",", ":"), allow_nan=False).encode())
+    return workspace.outcome(result=summary)

@@ -1,0 +1,161 @@
+"""``cityflow orient``: a catalog whose images have refined poses."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+from rich.console import Console
+
+from cityflow.catalog.write_folder import refuse_foreign_folder, store_catalog
+from cityflow.core.building import Status
+from cityflow.core.parameters import merged
+from cityflow.errors import CatalogError, RunError, WorkflowError
+from cityflow.flow.cluster import connect, threads_of
+from cityflow.flow.executor import run_tasks
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.progress import watcher
+from cityflow.flow.progress_counts import Expected
+from cityflow.flow.store import Store
+from cityflow.flow.task import Record, Task
+from cityflow.handover.refined_block import RefinedPose, decode_poses
+from cityflow.io.catalog.stac import Catalog
+from cityflow.io.catalog.stac_assets import ImageAsset
+from cityflow.io.tables.feature_ids import listing
+from cityflow.orientation.sights import looks_level
+from cityflow.orientation.views import View, footprint
+from cityflow.runs.settings import explain_invalid, parse_setting
+from cityflow.stages.orient import ADJUST, BLOCK, FEATURES, STAGES, TIES, OrientParameters, OrientSource
+
+REPORT = "orientation.json"
+SECONDS = {FEATURES: 20.0, TIES: 5.0, ADJUST: 30.0}
+"""Of a task, before some are done."""
+FEWEST = 3
+"""Images below which no block is adjusted."""
+
+
+def orient_parameters(settings: Sequence[str]) -> OrientParameters:
+    """The parameters from ``--set``. Raises WorkflowError where a key is unknown or a value does not fit."""
+    tree: dict[str, Any] = {}
+    for setting in settings:
+        tree = merged(tree, parse_setting(setting, OrientParameters))
+    try:
+        return OrientParameters.model_validate(tree)
+    except ValidationError as error:
+        problem = explain_invalid(error, OrientParameters)
+        raise WorkflowError(problem, where="--set", remedy="docs/orient.md lists the keys") from None
+
+
+def orient_catalog(
+    given: Catalog,
+    out: Path,
+    work: Path,
+    parameters: OrientParameters,
+    scheduler: str,
+    workers: int,
+    console: Console,
+) -> Catalog:
+    """Refine the poses of a catalog, and write the catalog that has them; all else in it stays.
+
+    Parameters
+    ----------
+    out : folder of the new catalog;  work : folder of features, ties and records: what is there already is kept
+
+    Raises
+    ------
+    CatalogError, RunError
+        The catalog has too few images, the folders hold something else, or the images show nothing in common.
+    """
+    refuse_foreign_folder(out)
+    if out.resolve() == Path(given.href).resolve():
+        raise CatalogError("this is the given catalog", where=str(out), remedy="name another folder with --out")
+    flown = tuple(a for a in given.images if not looks_level(a.oriented, a.heights[1]))
+    if len(flown) < FEWEST:
+        problem = f"the catalog has {len(flown)} images from the air, {FEWEST} are needed"
+        raise CatalogError(problem, where=given.href, remedy="make it with --images and an orientation")
+    _refuse_other_folder(work)
+    store, source = Store.open(str(work)), OrientSource(flown, parameters)
+    store.check_writable()
+    if not source.pairs:
+        raise CatalogError("no two images see the same ground", where=given.href, remedy="cityflow catalog check")
+    _say(console, f"{len(flown)} images, {source.pairs} pairs of {len(flown) * (len(flown) - 1) // 2} are compared")
+    with Ledger.open(store) as ledger:
+        _run(source, store, ledger, scheduler, workers)
+        record = ledger.latest(ADJUST, BLOCK)
+        if record is None or record.status is Status.FAILED:
+            reason = record.reason if record is not None else "no ties"
+            raise RunError(f"the block could not be adjusted: {reason}", where=str(work), remedy="see docs/orient.md")
+        failed = sorted(u for u in ledger.units(FEATURES) if _failed(ledger, u) and u in source.partners)
+    summary = dict(record.result)
+    poses = decode_poses(json.loads(store.read_bytes(next(iter(record.outputs)))))
+    images = tuple(_with_pose(a, poses[a.name]) if a.name in poses else a for a in given.images)
+    made = store_catalog(replace(given, href=str(out.absolute()), images=images, made_in=""), out, copy=False)
+    report = {"summary": summary, "left_out": failed, "parameters": parameters.model_dump(mode="json")}
+    (out / REPORT).write_text(json.dumps(report, indent=1, sort_keys=True) + "\n")
+    for line in described(summary, failed):
+        _say(console, line)
+    _say(console, f"Catalog written to {out}. Next: cityflow run WORKFLOW --catalog {shlex.quote(str(out))}")
+    return made
+
+
+def described(summary: Mapping[str, Any], failed: Sequence[str]) -> Iterator[str]:
+    """What the adjustment found, in lines for people."""
+    yield (
+        f"{summary['tie_points']} tie points in {summary['observations']} places, image coordinates exact to {summary['sigma_px']:.2f} px; "
+        f"given poses are off by {summary['position_sigma_m'] * 100:.1f} cm and {summary['angle_sigma_deg']:.4f}° (estimated)"
+    )
+    change = f"{summary['check_before_px']:.2f} → {summary['check_after_px']:.2f} px on tie points that were kept out"
+    if summary["refined"]:
+        yield f"Poses refined: {change}; centres move by {summary['median_move_m'] * 100:.1f} cm in the median"
+    else:
+        yield f"Poses stay as given, as refined ones are not significantly better: {change}"
+    if summary["weak"]:
+        yield f"Weak: {listing(summary['weak'])}: few or no tie points hold their poses"
+    if failed:
+        yield f"Left out: {listing(failed)}: the file could not be read; the pose stays"
+
+
+def _with_pose(asset: ImageAsset, pose: RefinedPose) -> ImageAsset:
+    seen = footprint(View(pose.image, asset.heights))
+    bounds = asset.bounds
+    if not seen.is_empty:
+        x_min, y_min, x_max, y_max = (round(float(v), 3) for v in seen.bounds)
+        bounds = x_min, y_min, x_max, y_max
+    return replace(asset, oriented=pose.image, bounds=bounds, pose_covariance=pose.covariance)
+
+
+def _run(source: OrientSource, store: Store, ledger: Ledger, scheduler: str, workers: int) -> None:
+    counts = Counter({FEATURES: len(source.partners), TIES: sum(map(bool, source.partners.values())), ADJUST: 1})
+    with connect(scheduler or None, workers or os.cpu_count() or 1) as client, closing(watcher()) as progress:
+        progress.message(f"Dashboard: {client.dashboard_link}")
+        progress.expect({stage: Expected(counts[stage], SECONDS[stage]) for stage in STAGES}, threads_of(client))
+        if run_tasks(source, client, store, ledger, progress=progress, redo=_has_failed).interrupted:
+            raise KeyboardInterrupt
+
+
+def _has_failed(_task: Task, record: Record) -> bool:
+    return record.status is Status.FAILED
+
+
+def _failed(ledger: Ledger, unit: str) -> bool:
+    record = ledger.latest(FEATURES, unit)
+    return record is not None and record.status is Status.FAILED
+
+
+def _refuse_other_folder(work: Path) -> None:
+    if work.exists() and not work.is_dir():
+        raise RunError("this is no folder", where=str(work), remedy="name another one with --work")
+    if work.is_dir() and any(work.iterdir()) and ((work / "run.json").exists() or not (work / "records").is_dir()):
+        raise RunError("the folder holds something else", where=str(work), remedy="name another one with --work")
+
+
+def _say(console: Console, text: str) -> None:
+    console.print(text, markup=False, highlight=False, soft_wrap=True)
