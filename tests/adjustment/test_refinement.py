@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from adjustment.scenes import CAMERA, PIXEL_M, disturbed, parallax_px, scene
-from cityflow.adjustment.block import rotation_of, vector_of
+from cityflow.adjustment.block import interior_change, rotation_of, vector_of, with_interior
 from cityflow.adjustment.bundle import AdjustmentParameters
 from cityflow.adjustment.refinement import refined
 
@@ -79,6 +79,25 @@ def test_a_focal_length_that_is_off_is_found_where_cameras_are_calibrated() -> N
     assert camera.fx == pytest.approx(1500.0, rel=4e-4)
     assert camera.cx == pytest.approx(610.0, abs=0.8)
     assert parallax_px(found.images, truth) < 0.1
+
+
+def test_a_lens_that_the_ties_do_not_show_stays_as_it_was_given() -> None:
+    """Ties in the middle of the pictures alone say nothing of distortion: what is known of it must hold, not only each step."""
+    truth = scene(10)
+    middle = np.hypot(truth.ties.uv[:, 0] - CAMERA.cx, truth.ties.uv[:, 1] - CAMERA.cy) < 130
+    given = disturbed(truth.images, 0.02, 0.4, seed=7)
+    known = AdjustmentParameters(calibrate=True, position_sigma_m=0.02, angle_sigma_deg=0.02)
+    lens = refined(given, truth.ties.some(middle), known).adjusted.block.cameras[0]
+    k1, k2, *_, k3 = interior_change(CAMERA, lens)[3:]
+    assert abs(k1) < 0.002
+    assert max(abs(k2), abs(k3)) < 0.001
+
+
+def test_a_change_of_a_camera_is_told_as_it_was_made() -> None:
+    change = np.array([1e-3, -2e-3, 3e-3, 0.01, -0.02, 1e-3, -2e-3, 0.03])
+    moved = with_interior(CAMERA, change)
+    assert interior_change(CAMERA, moved) == pytest.approx(change)
+    assert {type(v) for v in (moved.fx, moved.fy, moved.cx, moved.cy, *moved.distortion)} == {float}
 
 
 def test_the_same_ties_give_the_same_bytes() -> None:

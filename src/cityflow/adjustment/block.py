@@ -108,11 +108,19 @@ def with_interior(camera: Camera, change: FloatArray) -> Camera:
     if camera.kind != PERSPECTIVE:
         new = new[:4]
     f = camera.fx
+    longer, right, down = (float(v) for v in change[:3])
     return replace(
         camera,
-        fx=f * (1.0 + change[0]), fy=camera.fy * (1.0 + change[0]), cx=camera.cx + f * change[1], cy=camera.cy + f * change[2],
+        fx=f * (1.0 + longer), fy=camera.fy * (1.0 + longer), cx=camera.cx + f * right, cy=camera.cy + f * down,
         distortion=tuple(float(v) for v in new),
     )  # fmt: skip
+
+
+def interior_change(then: Camera, now: Camera) -> FloatArray:
+    """(8,) what leads from one camera to the other, see `with_interior`."""
+    old, new = (np.array([*c.distortion, *(0.0,) * 5])[:5] for c in (then, now))
+    main = now.fx / then.fx - 1.0, (now.cx - then.cx) / then.fx, (now.cy - then.cy) / then.fx
+    return np.array([*main, *(new - old)])
 
 
 def rotation_of(vectors: FloatArray) -> FloatArray:

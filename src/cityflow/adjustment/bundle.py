@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pydantic import Field
 
-from cityflow.adjustment.block import INTERIOR, Block, residuals, vector_of
+from cityflow.adjustment.block import INTERIOR, Block, interior_change, residuals, vector_of
 from cityflow.adjustment.normal_equations import Normal, Prior
 from cityflow.adjustment.tracks import Ties
 from cityflow.adjustment.triangulation import robust_weights, triangulated, well_placed
@@ -153,9 +153,7 @@ def _prior(given: Block, block: Block, sigmas: tuple[float, float]) -> Prior:
     lens = np.tile(1.0 / LENS_SIGMA**2, len(block.cameras))
     change = np.zeros(INTERIOR * len(block.cameras))
     for k, (now, then) in enumerate(zip(block.cameras, given.cameras, strict=True)):
-        change[INTERIOR * k : INTERIOR * k + 3] = (
-            now.fx / then.fx - 1, (now.cx - then.cx) / then.fx, (now.cy - then.cy) / then.fx,
-        )  # fmt: skip
+        change[INTERIOR * k : INTERIOR * (k + 1)] = interior_change(then, now)
     return Prior(np.concatenate([weights.reshape(-1), lens]), np.concatenate([away.reshape(-1), change]))
 
 
