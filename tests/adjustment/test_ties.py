@@ -11,10 +11,11 @@ from adjustment.scenes import rendered_ground
 from cityflow.adjustment.block import rotation_of
 from cityflow.adjustment.features import FeatureParameters, Features, find_features
 from cityflow.adjustment.guided_matching import MatchingParameters, guided_matches
-from cityflow.adjustment.pair_check import agreeing, epipolar_distances
+from cityflow.adjustment.pair_check import agreeing
 from cityflow.adjustment.tracks import spread, tied
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.pixels import ArrayPixels
+from cityflow.geometry.epipolar import vertical_parallax
 from cityflow.geometry.rotations import from_omega_phi_kappa
 
 CAMERA = Camera(520, 400, 600.0, 600.0, 263.0, 195.0, (-0.05, 0.02, 1e-4, 2e-4))
@@ -70,9 +71,18 @@ def test_a_pose_that_is_off_hides_no_match_and_lets_no_wrong_one_in() -> None:
     wrong = replace(images[1], rotation=turn @ images[1].rotation)
     found, good = _matched(0, 1, (images[0], wrong))
     uv = _features()[0].uv[found[good, 0]], _features()[1].uv[found[good, 1]]
-    assert np.median(np.abs(epipolar_distances((images[0], wrong), uv))) > 1.5
+    assert np.median(np.abs(vertical_parallax(images[0], wrong, *uv))) > 1.5
     assert good.sum() >= 150
     assert np.mean(_true_distance(0, 1, uv) < 2.0) > 0.97
+
+
+def test_images_taken_in_one_place_have_no_epipolar_lines() -> None:
+    one = _pictures()[0][0]
+    other = replace(one, rotation=rotation_of(np.array([[0.3, 0.0, 0.0]]))[0] @ one.rotation)
+    uv = np.random.default_rng(2).uniform(0, 400, (2, 40, 2))
+    assert not agreeing((one, other), (uv[0], uv[1]), BOUND_PX).any()
+    moved = replace(other, centre=other.centre + np.array([0.3, 0.0, 0.0]))
+    assert agreeing((one, moved), (uv[0], uv[1]), BOUND_PX).any()
 
 
 def test_points_do_not_depend_on_raster_windows() -> None:

@@ -11,16 +11,10 @@ STEPS = 8
 """Of the robust adjustment; set by hand, as are those below."""
 LEAST_MATCHES = 12
 """Fewer say nothing of the relative orientation."""
+LEAST_BASE_M = 1e-4
+"""Heads of one system are stated in one place by some programs."""
 LEAST_BAND_PX, MOST_BAND_PX = 0.5, 2.5
 """What is kept on both sides of an epipolar line: three standard deviations, within these."""
-
-
-def epipolar_distances(images: tuple[OrientedImage, OrientedImage], uv: tuple[FloatArray, FloatArray]) -> FloatArray:
-    """(K,) signed distances of points of the second image from the epipolar lines of the first's, pixels of the ideal camera (vertical parallax)."""
-    one, other = _normal(images[0], uv[0]), _normal(images[1], uv[1])
-    turn = images[1].rotation @ images[0].rotation.T
-    base = images[1].rotation @ (images[0].centre - images[1].centre)
-    return _distances(one @ turn.T, base, other) * _focal(images[1])
 
 
 def agreeing(
@@ -28,19 +22,21 @@ def agreeing(
 ) -> BoolArray:
     """(K,) which matches lie near their epipolar lines, once the relative orientation is corrected by what most of them say.
 
+    None where there are fewer than `LEAST_MATCHES`, or both images were taken in one place, which leaves no epipolar lines.
+
     Parameters
     ----------
     uv : (K, 2) image coordinates in each image, pixels
     bound_px : what the correction may be, pixels
     """
     count = len(uv[0])
-    if count < LEAST_MATCHES:
+    if count < LEAST_MATCHES or np.linalg.norm(images[0].centre - images[1].centre) < LEAST_BASE_M:
         return np.zeros(count, bool)
     one, other = _normal(images[0], uv[0]), _normal(images[1], uv[1])
     focal = _focal(images[1])
     turned = one @ (images[1].rotation @ images[0].rotation.T).T
     base = images[1].rotation @ (images[0].centre - images[1].centre)
-    base /= max(float(np.linalg.norm(base)), 1e-12)
+    base /= np.linalg.norm(base)
     across = np.linalg.svd(base[None, :])[2][1:]
     correction = np.zeros(5)
     left = _distances(turned, base, other) * focal

@@ -37,7 +37,7 @@ from cityflow.orientation.views import View
 
 FEATURES, TIES, ADJUST = "features", "ties", "adjust"
 STAGES = (FEATURES, TIES, ADJUST)
-VERSION = 1
+VERSION = 2
 BLOCK = "block"
 """The one unit of the adjustment."""
 FEATURES_FILE, TIES_FILE, BLOCK_FILE = "features.bin", "ties.bin", "block.json"
