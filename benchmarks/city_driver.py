@@ -1,6 +1,6 @@
 """What the whole driver costs as a city grows: the real executor with ledger, store and submission, on a scheduler that answers at once.
 
-    python benchmarks/city_driver.py [--side 3 6] [--profile] [--digests FILE]
+    python benchmarks/city_driver.py [--side 3 6] [--steps] [--profile] [--digests FILE]
 
 The towns of `city_scale.py`. `flow.executor.run_tasks` submits every task of a city to a scheduler in the same process, which makes the tasks of drafts as
 a worker does, writes a record with a result of true size, and hands it over pickled, as Dask would. Printed is the processor time of the driver alone: making
@@ -40,6 +40,7 @@ from cityflow.flow.task import Record, Task
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.survey.area import Area
+from driver_steps import Steps
 
 THREADS = 32
 RESULT_BYTES = {"reconstruct": 1600, "texture": 600, "windows": 400, "split": 300}
@@ -60,6 +61,7 @@ class Scheduler:
     """Takes tasks as `distributed.Client.map` does, and answers the oldest first, some at a time."""
 
     store: Store
+    steps: Steps = field(default_factory=Steps)
     waiting: deque[Answered] = field(default_factory=deque)
     digests: dict[str, str] = field(default_factory=dict)
     others_s: float = 0.0
@@ -95,7 +97,9 @@ class Scheduler:
         for k, one, attempt, before in zip(key, what, attempts, behind, strict=True):
             self.sent_bytes[one.stage] += len(pickle.dumps(one))
             found.append(Answered(k, self._worker(one, attempt, before)))
-        self.others_s += time.process_time() - begun
+        spent = time.process_time() - begun
+        self.others_s += spent
+        self.steps.left_out(spent)
         return found
 
     def _worker(self, what: Task | Sent, attempt: int, before: Sequence[Answered]) -> Callable[[], Record]:
@@ -132,13 +136,14 @@ class Completed:
         self._scheduler.waiting.clear()
 
     def next_batch(self, block: bool = False) -> list[tuple[Answered, Sealed]]:  # noqa: ARG002
-        begun = time.process_time()
+        begun, self._scheduler.steps.is_elsewhere = time.process_time(), True
         waiting, found = self._scheduler.waiting, []
         for _ in range(min(len(waiting), THREADS)):
             future = waiting.popleft()
             future.record = future.work()
             found.append((future, pickle.dumps(Sealed.of(future.record))))
         self._scheduler.others_s += time.process_time() - begun
+        self._scheduler.steps.is_elsewhere = False
         return [(future, pickle.loads(data)) for future, data in found]
 
 
@@ -151,7 +156,7 @@ def _true_size(record: Record) -> Record:
     )  # fmt: skip
 
 
-def run(side: int, profiled: bool) -> Scheduler:
+def run(side: int, steps: Steps, profiled: bool) -> Scheduler:
     box = (X, Y, X + side * TILE_M, Y + side * TILE_M)
     catalog = survey(box)
     source = CitySource(catalog, CityParameters(), Area(shapely.box(*box)))
@@ -165,7 +170,7 @@ def run(side: int, profiled: bool) -> Scheduler:
     gc.collect()
     before_mb = _resident_mb()
     with tempfile.TemporaryDirectory() as folder, Ledger.open(store := Store.open(folder)) as ledger:
-        scheduler = Scheduler(store)
+        scheduler = Scheduler(store, steps)
         vars(submission)["Completed"] = Completed
         if profiled:
             profile.enable()
@@ -185,6 +190,8 @@ def run(side: int, profiled: bool) -> Scheduler:
     print("bytes sent for one " + ", ".join(f"{s} {n}" for s, n in sizes.items()))
     text = json.dumps(sorted(scheduler.digests.items()))
     print(f"digest of all digests {hashlib.sha256(text.encode()).hexdigest()[:16]}")
+    if steps.seconds:
+        print(steps.table(scheduler.tasks, spent))
     if profiled:
         for order in ("cumulative", "tottime"):
             pstats.Stats(profile).sort_stats(order).print_stats(70)
@@ -199,11 +206,18 @@ def _resident_mb() -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--side", type=int, nargs="+", default=[3, 6], help="ground tiles along an edge of the town")
+    parser.add_argument(
+        "--steps", action="store_true", help="print the time by step and stage, which itself takes some"
+    )
     parser.add_argument("--profile", action="store_true", help="print where the time goes")
     parser.add_argument("--digests", help="where the digests of all tasks are written")
     given = parser.parse_args()
+    steps = Steps()
+    if given.steps:
+        steps.follow()
     for side in given.side:
-        scheduler = run(side, given.profile)
+        steps.seconds.clear()
+        scheduler = run(side, steps, given.profile)
         if given.digests:
             with open(f"{given.digests}.{side}", "w") as file:
                 json.dump(scheduler.digests, file, indent=0, sort_keys=True)

@@ -112,7 +112,7 @@ def test_fields_of_other_kinds_are_no_record(changes: dict[str, object]) -> None
 
 
 def test_a_text_without_end_is_no_record() -> None:
-    with pytest.raises(ValueError, match="not a record"):
+    with pytest.raises(ValueError, match="recursion"):
         decode(b"[" * 100_000)
 
 

@@ -6,7 +6,7 @@ import json
 import pickle
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import pytest
@@ -18,7 +18,7 @@ from cityflow.flow.executor import run_tasks
 from cityflow.flow.inputs import paths_in
 from cityflow.flow.json_writers import SHARED
 from cityflow.flow.ledger import Ledger
-from cityflow.flow.records import encode, record_path, write_mark, write_record
+from cityflow.flow.records import encode, read_record, record_path, write_mark, write_record
 from cityflow.flow.sealed import Sealed
 from cityflow.flow.state import State
 from cityflow.flow.store import Store
@@ -37,8 +37,11 @@ def test_a_record_is_handed_over_whole_and_small(store: Store) -> None:
     found = run_sealed(store, toy("u", parameters={f"parameter_{k}": 0.5 for k in range(100)}), 1)
     assert isinstance(found, Sealed)
     assert found.text == store.read_bytes(record_path("toy", "u", 1))
-    assert (found.record.result, found.record.status) == ({"square": 9}, "done")
-    assert len(pickle.dumps(Sealed(found.body))) < len(found.text) / 2
+    arrived = pickle.loads(data := pickle.dumps(found))
+    whole = read_record(store, "toy", "u", 1)
+    assert whole is not None
+    assert arrived.record == replace(whole, parameters={}, inputs={}), "what the driver asks"
+    assert (arrived.text, len(data) < len(found.text) / 2) == (found.text, True)
 
 
 def test_a_record_of_several_lines_becomes_one_line() -> None:
@@ -90,6 +93,40 @@ def test_the_attempt_is_the_next_whatever_the_state(store: Store) -> None:
             "one": (State.STALE, 2), "later": (State.STALE, 5), "begun": (State.SPOILED, 6), "only begun": (State.SPOILED, 4),
         }  # fmt: skip
         assert {unit: ledger.next_attempt("toy", unit) for unit in known} == {u: n for u, (_, n) in known.items()}
+
+
+def test_what_a_driver_has_taken_in_is_told_to_everybody_and_joined_once(store: Store) -> None:
+    """A second process completes the index from the files meanwhile; of what is joined, nothing is left in files."""
+    asked: list[str] = []
+    with Ledger.open(store, segment=4) as ledger, Ledger.open(store) as other, ledger.driven():
+        ledger._loose._database.set_trace_callback(asked.append)
+        for unit in "abc":
+            write_record(store, record := record_for(toy(unit)))
+            ledger.add(record)
+        assert not any("INSERT" in query for query in asked)
+        assert [ledger.state_and_attempt(toy(unit)) for unit in "ad"] == [(State.DONE, 2), (State.MISSING, 1)]
+        assert ledger.latest("toy", "b") == record_for(toy("b"))
+        assert other.refresh() == 3
+        ledger.commit()
+        write_record(store, again := record_for(toy("a", version=2), 2))
+        ledger.add(again)
+        assert ledger.join() == 4
+        assert ledger.count_files() == 4
+        assert ledger.attempts("toy", "a") == [record_for(toy("a")), again]
+        assert ledger.units("toy") == ["a", "b", "c"]
+    with Ledger.open(store) as later:
+        assert [later.state(toy(unit)) for unit in "abc"] == [State.STALE, State.DONE, State.DONE]
+        assert not list(store.sizes("records"))
+
+
+def test_what_is_not_joined_is_in_the_index_when_the_driver_ends(store: Store) -> None:
+    with Ledger.open(store) as ledger:
+        with ledger.driven():
+            write_record(store, record := record_for(toy("a")))
+            ledger.add(record)
+        with Ledger.open(store) as other:
+            assert other.refresh() == 0
+            assert other.latest("toy", "a") == record
 
 
 def test_too_many_units_to_remember_are_asked_for(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:

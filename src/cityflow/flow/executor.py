@@ -81,7 +81,7 @@ def run_tasks(
     start, interrupted = time.monotonic(), False
     try:
         be_patient()
-        with exclusive(store), heard() as check_interrupt, seldom_collected():
+        with exclusive(store), ledger.driven(), heard() as check_interrupt, seldom_collected():
             run.loop(check_interrupt)
     except KeyboardInterrupt:
         interrupted = True

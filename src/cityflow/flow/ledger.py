@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from types import TracebackType
 
 from cityflow.core.arrays import IntArray
@@ -23,9 +24,6 @@ from cityflow.flow.store import Store
 from cityflow.flow.tally import Tally, tally_of
 from cityflow.flow.task import Record, Task
 
-COMMIT_EVERY = 200
-"""Records added between two commits; a killed driver loses nothing, since the records are files."""
-
 SEGMENT = 4096
 """Records that are joined in one segment: some megabytes, so that a million buildings have about a thousand."""
 
@@ -44,7 +42,6 @@ class Ledger:
         self._loose = Loose(store)
         self._joined = Joined(store, verify=verify)
         self._removal = Removal(store)
-        self._uncommitted = 0
         self._waiting = 0
         self._last: Record | None = None
 
@@ -94,13 +91,20 @@ class Ledger:
         self._loose.add(record, sealed or Sealed.of(record))
         self._outputs.add(record)
         self._waiting += 1
-        self._uncommitted += 1
-        if self._uncommitted >= COMMIT_EVERY:
-            self.commit()
 
     def commit(self) -> None:
-        self._uncommitted = 0
+        """Let others see what was indexed, and see what they have done; a killed driver loses nothing, since the records are files."""
         self._loose.commit()
+
+    @contextmanager
+    def driven(self) -> Iterator[None]:
+        """While the block lasts, this process alone runs tasks: what it adds stays in memory until it is joined, or the block ends."""
+        self._loose.is_driver = True
+        try:
+            yield
+        finally:
+            self._loose.is_driver = False
+            self._loose.settle()
 
     def spoil(self, stage: str, unit: str) -> None:
         """Say that what a task has left is not to be trusted: it is made again."""
@@ -198,11 +202,10 @@ class Ledger:
         return tally.peak_mb if (tally := self.tally(stage)).seconds else None
 
     def state(self, task: Task) -> State:
-        """What has to be done about a task; see `State`."""
         return self.state_and_attempt(task)[0]
 
     def state_and_attempt(self, task: Task) -> tuple[State, int]:
-        """The same, and `next_attempt` of the task."""
+        """What has to be done about a task, and its `next_attempt`."""
         key = quoted(task.stage), quoted(task.unit)
         found, mark = self._found(*key), self._mark(*key)
         newest = found[0].attempt if found else 0
@@ -239,6 +242,9 @@ class Ledger:
             return 0
         self._removal.settle()
         lines = self._loose.oldest(self._segment)
+        self._waiting = len(lines)
+        if self._waiting < self._segment:
+            return 0
         new = [line for line in lines if not self._joined.has_same(line)]
         if new:
             self._joined.add(segment := write_segment(self.store, new))

@@ -7,19 +7,19 @@ from collections.abc import Sequence
 from typing import Any
 
 from cityflow.flow import index
+from cityflow.flow.fresh import Taken
 from cityflow.flow.index import COLUMNS, DamagedIndexError
 from cityflow.flow.records import decode, quoted, record_path
-from cityflow.flow.row import NAMES, Line, Row, row_of
-from cityflow.flow.sealed import Sealed
+from cityflow.flow.row import NAMES, Line, Row
 from cityflow.flow.task import Record
 
 INSERT = f"INSERT OR REPLACE INTO files ({COLUMNS}, row_sum, body) VALUES ({', '.join('?' * 17)})"
 
 
-def row_values(record: Record, sealed: Sealed, stamp: str) -> tuple[Any, ...]:
-    row, body = row_of(record), sealed.body
-    name = f"{record.attempt:04d}.json"
-    values = (quoted(record.stage), quoted(record.unit), name, record.attempt, stamp, record.stage, record.unit, record.digest,
+def row_values(taken: Taken, stamp: str) -> tuple[Any, ...]:
+    row, body = taken.row, taken.body
+    name = f"{row.attempt:04d}.json"
+    values = (quoted(row.stage), quoted(row.unit), name, row.attempt, stamp, row.stage, row.unit, taken.digest,
               str(row.status), row.reason, row.verdict, row.seconds, row.peak_mb, row.started, zlib.crc32(body))  # fmt: skip
     return (*values, index.sum_of(values), body)
 

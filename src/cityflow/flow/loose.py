@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 import sqlite3
+import zlib
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from itertools import islice
 from typing import Any, NamedTuple, TypeVar
 
 from cityflow.errors import RunError
 from cityflow.flow import index
-from cityflow.flow.index import COLUMNS, DamagedIndexError
-from cityflow.flow.ledger_rows import INSERT, attempt_of, line_of, readable_record, row_values, unpacked
-from cityflow.flow.records import FOLDER, STARTED, mark_path, quoted, record_path
+from cityflow.flow.fresh import Fresh, Taken
+from cityflow.flow.index_files import Keys, inserted, inserted_marks, taken_over
+from cityflow.flow.ledger_rows import line_of, unpacked
+from cityflow.flow.records import FOLDER, mark_path, quoted, record_path
 from cityflow.flow.row import NAMES, Line, Row
 from cityflow.flow.sealed import Sealed
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 
-BATCH = 2000
-
-PARTS = 4
-"""Of the path of a record: ``records/<stage>/<unit>/<attempt>.json``."""
-
 ROW = ", ".join("stage_name" if name == "stage" else name for name in NAMES)
+
+MOST_FRESH = 16_384
+"""Records in memory before they go into the index: there are more than fill a segment only where none can be written. Set by hand."""
 
 MOST_KEYS = 50_000
 """Units whose names are held in memory; there are more only where a RUN of an earlier version has no segments yet. Set by hand."""
@@ -44,13 +43,20 @@ class Held(NamedTuple):
 
 
 class Loose:
-    """Belongs to the thread that opened it. Whatever is found to be wrong with the index is made anew from the files."""
+    """Belongs to the thread that opened it. Whatever is found to be wrong with the index is made anew from the files.
+
+    Attributes
+    ----------
+    is_driver : new records stay in memory until they are joined, and what other processes have done is seen after each `commit`
+    """
 
     def __init__(self, store: Store) -> None:
         self._store = store
         self._db: sqlite3.Connection | None = None
-        self._version = self._keys_version = -1
-        self._keys: set[tuple[str, str]] = set()
+        self._data_version = self._segments_version = self._keys_version = -1
+        self._keys: Keys = set()
+        self._fresh = Fresh()
+        self.is_driver = self._has_asked = False
 
     def open(self) -> None:
         """Bring the index up to date. Raises RunError where there is no place for one."""
@@ -58,24 +64,35 @@ class Loose:
 
     def close(self) -> None:
         if self._db is not None:
-            with suppress(sqlite3.Error):  # the records are written; the next opening completes the index
+            with suppress(sqlite3.Error, RunError):  # the records are written; the next opening completes the index
+                self.settle()
                 self._db.commit()
             self._db.close()
 
     def refresh(self) -> int:
         """Take over files that are new, forget those that are gone or changed; returns how many were new."""
+        self.settle()
         return self._sound(self._refreshed)
 
     def commit(self) -> None:
+        self._has_asked = False
         self._sound(self._database.commit)
 
     def add(self, record: Record, sealed: Sealed) -> None:
-        stamp = self._store.stamp(record_path(record.stage, record.unit, record.attempt), sealed.text)
-        self._sound(lambda: self._insert([(record, sealed, stamp)]))
+        self._fresh.add(Taken.of(record, sealed))
+        if not self.is_driver or len(self._fresh) >= MOST_FRESH:
+            self.settle()
+
+    def settle(self) -> None:
+        """Put what is in memory into the index."""
+        if taken := self._fresh.emptied():
+            rows = [(t, self._stamp(t)) for t in taken]
+            self._keys.update(self._sound(lambda: inserted(self._database, rows)))
 
     def add_mark(self, stage: str, unit: str, attempt: int) -> None:
         name = mark_path(stage, unit, attempt).rsplit("/", 1)[1]
-        self._sound(lambda: self._insert_marks(quoted(stage), [(quoted(unit), name, "")]))
+        marks = [(quoted(unit), name, "")]
+        self._keys.update(self._sound(lambda: inserted_marks(self._database, quoted(stage), marks)))
 
     def of(self, stage: str, folder: str) -> list[Held]:
         """Records of a unit, newest first; names as they stand in paths."""
@@ -84,19 +101,22 @@ class Loose:
             "WHERE stage = ? AND folder = ? AND body IS NOT NULL ORDER BY attempt DESC"
         )
 
+        fresh = [Held(taken.row.attempt, taken.row.started, taken.record) for taken in self._fresh.of(stage, folder)]
         if self._lacks(stage, folder):
-            return []
+            return fresh
 
         def read() -> list[Held]:
             rows = self._database.execute(query, (stage, folder)).fetchall()
             return [Held(attempt, started, unpacked(*row)) for attempt, started, *row in rows]
 
-        return self._sound(read)
+        return sorted([*fresh, *self._sound(read)], key=lambda held: -held.attempt)
 
     def has(self, stage: str, folder: str) -> bool:
         """Whether a unit has a record here."""
         query = "SELECT 1 FROM files WHERE stage = ? AND folder = ? AND body IS NOT NULL LIMIT 1"
-        return not self._lacks(stage, folder) and bool(self._rows(query, (stage, folder)))
+        return bool(self._fresh.of(stage, folder)) or (
+            not self._lacks(stage, folder) and bool(self._rows(query, (stage, folder)))
+        )
 
     def mark(self, stage: str, folder: str) -> int:
         """The highest attempt that has a mark, or 0."""
@@ -105,11 +125,13 @@ class Loose:
 
     def newest(self, stage: str | None = None) -> list[Row]:
         """The newest record of every unit, of one stage or all, in short."""
+        self.settle()
         where, values = ("", ()) if stage is None else ("WHERE stage = ?", (quoted(stage),))
         return [Row.of_values(row) for row in self._rows(f"SELECT {ROW} FROM newest {where}", values)]
 
     def numbers(self) -> list[tuple[str, str, int]]:
         """Stage, folder and attempt of every record."""
+        self.settle()
         return [(s, f, a) for s, f, a in self._rows("SELECT stage, folder, attempt FROM files WHERE body IS NOT NULL")]
 
     def open_marks(self) -> list[tuple[str, str, int]]:
@@ -118,11 +140,12 @@ class Loose:
             "SELECT stage, folder, MAX(attempt) FROM files m WHERE body IS NULL AND NOT EXISTS (SELECT 1 FROM files r WHERE r.stage = m.stage "
             "AND r.folder = m.folder AND r.body IS NOT NULL AND r.attempt >= m.attempt) GROUP BY stage, folder"
         )
+        self.settle()
         return [(s, f, a) for s, f, a in self._rows(query)]
 
     def count(self) -> int:
-        """How many records there are."""
-        return int(self._rows("SELECT COUNT(*) FROM files WHERE body IS NOT NULL")[0][0])
+        """How many records there are; one that is both in memory and in the index, which another process has completed, counts twice."""
+        return int(self._rows("SELECT COUNT(*) FROM files WHERE body IS NOT NULL")[0][0]) + len(self._fresh)
 
     def oldest(self, most: int) -> list[Line]:
         """Records in the order in which they came, to be joined."""
@@ -131,7 +154,8 @@ class Loose:
         def read() -> list[Line]:
             return [line_of(row) for row in self._database.execute(query, (most,)).fetchall()]
 
-        return self._sound(read)
+        lines = self._sound(read)
+        return [*lines, *self._fresh.oldest(most - len(lines), [line.row for line in lines])]
 
     def moved(self, lines: Sequence[Line], segments: Sequence[str]) -> list[str]:
         """Forget records that stand in segments now, and the marks of their attempts; the files that can go."""
@@ -144,19 +168,30 @@ class Loose:
 
     def segments(self) -> set[str] | None:
         """Names of the segments that drivers have made of what was indexed here; None where nothing changed since the last question."""
-        version = self._rows("PRAGMA data_version")[0][0]
-        if version == self._version:
+        version = self._asked_version()
+        if version == self._segments_version:
             return None
-        self._version = version
+        self._segments_version = version
         return {name for (name,) in self._rows("SELECT name FROM segments")}
 
     def _lacks(self, stage: str, folder: str) -> bool:
         """Whether nothing of a unit is here, from memory: nearly all that a run asks for is new. False in doubt."""
-        version = self._rows("PRAGMA data_version")[0][0]
+        version = self._asked_version()
         if version != self._keys_version:
             self._keys = set(self._rows("SELECT stage, folder FROM files LIMIT ?", (MOST_KEYS,)))
             self._keys_version = version
         return len(self._keys) < MOST_KEYS and (stage, folder) not in self._keys
+
+    def _asked_version(self) -> int:
+        """Another number where another process has written into the index; a driver asks once between two commits."""
+        if not (self.is_driver and self._has_asked):
+            self._data_version = self._rows("PRAGMA data_version")[0][0]
+            self._has_asked = True
+        return self._data_version
+
+    def _stamp(self, taken: Taken) -> str:
+        row = taken.row
+        return self._store.stamp(record_path(row.stage, row.unit, row.attempt), zlib.decompress(taken.body))
 
     @property
     def _database(self) -> sqlite3.Connection:
@@ -184,7 +219,9 @@ class Loose:
         if self._db is not None:
             self._db.close()
         self._db = index.connect(self._store, anew=True)
-        self._version = self._keys_version = -1
+        self._segments_version = self._keys_version = -1
+        self._has_asked = False
+        self._fresh.emptied()
         self._refreshed()
 
     def _checked(self) -> int:
@@ -195,44 +232,12 @@ class Loose:
         return self._sound(lambda: self._database.execute(query, values).fetchall())
 
     def _refreshed(self) -> int:
+        self._keys_version = -1
         for _ in range(TRIES - 1):
             with suppress(FileNotFoundError):
-                return self._listed()
+                return taken_over(self._store, self._database)
             self._database.rollback()
-        return self._listed()
-
-    def _listed(self) -> int:
-        new, stages = 0, self._store.folders(FOLDER)
-        for stage in stages:
-            found = {(folder, name): stamp for folder, name, stamp in self._files(stage)}
-            known = self._known(stage)
-            self._forget(stage, [key for key, stamp in known.items() if found.get(key) != stamp])
-            new += self._take(stage, sorted((*k, s) for k, s in found.items() if known.get(k) != s))
-        for (stage,) in self._database.execute("SELECT DISTINCT stage FROM files").fetchall():
-            if stage not in stages:
-                self._database.execute("DELETE FROM files WHERE stage = ?", (stage,))
-        self._database.commit()
-        return new
-
-    def _files(self, stage: str) -> Iterator[tuple[str, str, str]]:
-        """Folder, name and stamp of the records and marks of a stage."""
-        for path, stamp in self._store.stamps(f"{FOLDER}/{stage}"):
-            parts = path.split("/")
-            if len(parts) == PARTS:
-                yield parts[2], parts[3], "" if path.endswith(STARTED) else stamp
-
-    def _known(self, stage: str) -> dict[tuple[str, str], str]:
-        """Folder and name → stamp of what is indexed. Raises DamagedIndexError where a row is not what was written."""
-        known = {}
-        for *row, row_sum in self._database.execute(f"SELECT {COLUMNS}, row_sum FROM files WHERE stage = ?", (stage,)):
-            if index.sum_of(tuple(row)) != row_sum:
-                raise DamagedIndexError(f"{stage}/{row[1]}/{row[2]}")
-            known[row[1], row[2]] = row[4]
-        return known
-
-    def _forget(self, stage: str, gone: Iterable[tuple[str, str]]) -> None:
-        query = "DELETE FROM files WHERE stage = ? AND folder = ? AND name = ?"
-        self._database.executemany(query, [(stage, folder, name) for folder, name in gone])
+        return taken_over(self._store, self._database)
 
     def _moved(self, lines: Sequence[Line], segments: Sequence[str]) -> list[str]:
         database, paths, marks = self._database, list[str](), defaultdict[tuple[str, str], list[tuple[int, str]]](list)
@@ -247,32 +252,8 @@ class Loose:
             paths.extend(f"{FOLDER}/{unit[0]}/{unit[1]}/{name}" for name in begun)
         gone = [path.split("/")[1:] for path in paths]
         database.executemany("DELETE FROM files WHERE stage = ? AND folder = ? AND name = ?", gone)
+        self._fresh.drop(line.row for line in lines)
         self._keys_version = -1
         database.executemany("INSERT OR REPLACE INTO segments VALUES (?)", [(name,) for name in segments])
         database.commit()
         return paths
-
-    def _take(self, stage: str, files: list[tuple[str, str, str]]) -> int:
-        self._insert_marks(stage, [file for file in files if file[1].endswith(STARTED)])
-        stamps = {f"{FOLDER}/{stage}/{folder}/{name}": stamp for folder, name, stamp in files if name.endswith(".json")}
-        read = self._store.read_many(stamps)
-        taken = 0
-        while batch := list(islice(read, BATCH)):
-            found = ((readable_record(data, path), data, stamps[path]) for path, data in batch)
-            taken += self._insert([(r, Sealed.of_text(data, r), stamp) for r, data, stamp in found if r is not None])
-        return taken
-
-    def _insert_marks(self, stage: str, marks: Sequence[tuple[str, str, str]]) -> None:
-        rows = [
-            (stage, folder, name, attempt, stamp, *[None] * 10)
-            for folder, name, stamp in marks
-            if (attempt := attempt_of(name)) is not None
-        ]
-        self._database.executemany(INSERT, [(*row, index.sum_of(row), None) for row in rows])
-        self._keys.update((stage, folder) for folder, _, _ in marks)
-
-    def _insert(self, records: Iterable[tuple[Record, Sealed, str]]) -> int:
-        rows = [row_values(*each) for each in records]
-        self._database.executemany(INSERT, rows)
-        self._keys.update(row[:2] for row in rows)
-        return len(rows)

@@ -11,6 +11,8 @@ from types import UnionType
 from typing import Any
 from urllib.parse import quote, unquote
 
+from pydantic_core import from_json
+
 from cityflow.core.building import Status
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record
@@ -96,10 +98,7 @@ def decode(data: bytes) -> Record:
 
 def parsed(data: bytes) -> Record:
     """The same of a text that is known to be whole."""
-    try:
-        value = json.loads(data)
-    except RecursionError:
-        raise ValueError("not a record") from None
+    value = from_json(data)
     if not isinstance(value, dict) or any(name not in value for name in _REQUIRED):
         raise ValueError("not a record")
     known = {name: value[name] for name in _NAMES if name in value}
