@@ -25,6 +25,18 @@ class Known(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
+class ChainedKnown:
+    """What the first knows, else the second."""
+
+    first: Known
+    second: Known
+
+    def get(self, path: str, /) -> Written | None:
+        found = self.first.get(path)
+        return self.second.get(path) if found is None else found
+
+
+@dataclass(frozen=True, slots=True)
 class Damage:
     """What an attempt found instead of its inputs: RUN-relative path → what is wrong. It leaves no record."""
 

@@ -116,8 +116,13 @@ def paths_in(arguments: Mapping[str, Json]) -> list[str]:
     """
     found = [text for text in (*arguments, *arguments.values()) if isinstance(text, str) and text.startswith(FOLDERS)]
     for value in arguments.values():
-        if isinstance(value, TREES) and value:
+        if not isinstance(value, TREES) or not value:
+            continue
+        texts = [*value, *value.values()] if isinstance(value, dict) else value
+        if any(isinstance(each, TREES) for each in texts):
             found += _paths_within(value)
+        else:  # as quick as to look whether it was searched before
+            found += [each for each in texts if isinstance(each, str) and each.startswith(FOLDERS)]
     return found
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 import uuid
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 from cityflow.errors import RunError
-from cityflow.flow.damage import Expected, Known
+from cityflow.flow.damage import ChainedKnown, Expected, Known, Written
 from cityflow.flow.local_folder import LocalFolder
 from cityflow.flow.remote_folder import RemoteFolder, file_system
 
@@ -64,6 +64,12 @@ class Store:
     def expecting(self, written: Known) -> Store:
         """The same files, for a reader that holds them against what was written."""
         return replace(self, expected=Expected(written))
+
+    def also_expecting(self, written: Mapping[str, Written]) -> Store:
+        """The same for some more files; who asks what was found is told of these, too."""
+        if self.expected is None:
+            return self.expecting(written)
+        return replace(self, expected=Expected(ChainedKnown(written, self.expected.written), self.expected.found))
 
     def url(self, path: str = "") -> str:
         """Absolute path or URL of a relative path."""

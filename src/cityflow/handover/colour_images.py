@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -73,6 +73,47 @@ class ColourInputs(TaskInputs):
         shown = from_json(ShownImage, _views(store, self.views)[name], name)
         pixels = open_pixels(store, self.pixels[name])
         return ColourImage(shown.image, pixels, shown.gain, shown.gamma, shown.falloff, shown.shoulder)
+
+
+class ImageFile(NamedTuple):
+    """An ingested image in a table: its name, its RUN-relative path, bytes and SHA-256 of its file; 0 bytes where that is not known."""
+
+    name: str
+    path: str
+    size: int
+    digest: str
+
+
+@dataclass(frozen=True, slots=True)
+class ColourRows(TaskInputs):
+    """The images of a task among those of a table that many tasks share.
+
+    Attributes
+    ----------
+    views : as in `ColourInputs`, of all in the table;  files : RUN-relative path of the table (`files_text`)
+    rows : their places in it, in the order of the task
+    """
+
+    views: str
+    files: str
+    rows: tuple[int, ...]
+
+    def inputs(self, store: Store) -> tuple[ColourInputs, Store]:
+        """The images, and the store that expects of their files what was written."""
+        table = _files(store, self.files) if self.rows else []
+        images = [table[row] for row in self.rows]
+        written = {image.path: (image.size, image.digest) for image in images if image.size}
+        return ColourInputs(self.views, {image.name: image.path for image in images}), store.also_expecting(written)
+
+
+def files_text(images: Iterable[ImageFile]) -> SharedText:
+    """A table for `ColourRows.files`."""
+    return SharedText.of(json.dumps(list(images), separators=(",", ":"), ensure_ascii=False))
+
+
+@lru_cache(maxsize=KEPT)
+def _files(store: Store, path: str) -> list[ImageFile]:
+    return [ImageFile(*values) for values in json.loads(read_shared(store, path))]
 
 
 def views_text(shown: Mapping[str, str]) -> SharedText:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import shapely
@@ -44,6 +45,8 @@ AROUND_M = 2.0
 GROUND_SAMPLING_M = 1.0
 """Spacing of the places along an outline whose terrain is the ground."""
 GIVEN = "a single unit already"
+SEEN = ("surface", "ortho", "frame")
+"""Stages that show an outline."""
 NO_SURFACE = "no surface along the outline"
 
 
@@ -80,14 +83,14 @@ class SplitInputs(TaskInputs):
 def task(survey: Survey, outline: UnitEntry) -> Task:
     """One outline."""
     parameters = survey.parameters_of(NAME, outline.id, survey.parameters.split).method
-    shown, digest_of_result = _shown(survey, survey.lattice.tiles_under(outline)), survey.results.digest_of
+    shown = _shown(survey, survey.lattice.tiles_under(outline))
     edits = edits_digest(survey.edits, outline.bounds)
     pieces = survey.index.over(grown(outline.bounds, AROUND_M)) if survey.source.kind == LIDAR else {}
     return Task(
         NAME, outline.id, "cityflow.stages.split:run", VERSION,
         parameters=as_json(parameters),
         inputs={
-            "outline": outline.digest, **{name: digest_of_result(*node) for name, node in shown.named}, **pieces,
+            "outline": outline.digest, **_digests(survey, shown), **pieces,
             **({"edits": edits} if edits else {}), **({} if survey.looks_for_borders else {"borders": "drawn ones only"}),
             "frames": shown.digest,
         },
@@ -126,6 +129,29 @@ def _shown(survey: Survey, under: tuple[str, ...]) -> _Shown:
         frames = {name: FrameRaster(found[name], tilted.grid(found[name])) for name in sorted(found)}
     named = tuple((f"{stage} {unit}", (stage, unit)) for stage, unit in nodes)
     return _Shown(nodes, named, tuple(frames.values()), digest_of(list(frames)))
+
+
+@dataclass(slots=True)
+class _Digests:
+    """Digests by what they are of, since a record of one of `SEEN` was learned last."""
+
+    changes: tuple[int, ...] = ()
+    found: dict[int, tuple[_Shown, dict[str, str]]] = field(default_factory=dict)
+
+
+_KEPT: WeakKeyDictionary[Survey, _Digests] = WeakKeyDictionary()
+
+
+def _digests(survey: Survey, shown: _Shown) -> dict[str, str]:
+    """Name → digest of what shows an outline: the same for most outlines of a tile, which become ready together."""
+    results, kept = survey.results, _KEPT.setdefault(survey, _Digests())
+    changes = tuple(results.changes[stage] for stage in SEEN)
+    if kept.changes != changes:
+        kept.changes, kept.found = changes, {}
+    if id(shown) not in kept.found:
+        # what is shown is held, so that its id stays its own
+        kept.found[id(shown)] = shown, {name: results.digest_of(*node) for name, node in shown.named}
+    return kept.found[id(shown)][1]
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:

@@ -22,7 +22,7 @@ from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.block import failed_block
-from cityflow.handover.colour_images import ColourInputs
+from cityflow.handover.colour_images import ColourRows
 from cityflow.handover.layer_files import GivenOrtho, given_colours
 from cityflow.handover.outline_lines import OutlineAt
 from cityflow.handover.surfaces import Surfaces
@@ -49,7 +49,7 @@ from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
 
 NAME = STAGE_TEXTURE
-VERSION = 11
+VERSION = 12
 TEXTURE = "texture.cfa"
 ORTHO_MARGIN_M = 8.0
 """The widest eaves and a little more; set by hand."""
@@ -83,7 +83,7 @@ class TextureInputs(TaskInputs):
     blocks: Mapping[str, FailedUnit]
     neighbours: tuple[str, ...]
     surfaces: Annotated[Surfaces, SHARED]
-    colours: ColourInputs
+    colours: ColourRows
     unread: tuple[str, ...]
     given_orthos: tuple[GivenOrtho, ...]
     crs: str
@@ -92,23 +92,24 @@ class TextureInputs(TaskInputs):
 
 def task(survey: Survey, unit: UnitEntry, neighbours: Sequence[UnitEntry], needs: TextureNeeds) -> Task:
     """One unit. Where a neighbour has failed, its block stands there, as in the export."""
-    colours, views = colours_of(survey, needs.images), needs.views
+    colours = colours_of(survey, needs.images)
+    rows, shared = needs.shown.inputs(survey.results, colours.pixels)
     blocks = {u.id: u for u in neighbours if _is_block(survey, u.id)}
     tiles = sorted(
         {*surfaces_around(survey, unit), *(t for u in blocks.values() for t in survey.lattice.tiles_under(u))}
     )
-    hulls, digests = survey.results.hulls(needs.models)
+    hulls, models = survey.results.hulls(needs.models)
     given = as_json(TextureInputs(
         unit.at, survey.outline_sigma_m, hulls,
         {u: FailedUnit(e.at, survey.results.hull(u).reason) for u, e in sorted(blocks.items())},
-        unit.neighbours, survey.surfaces, ColourInputs(views.path, colours.pixels), colours.unread, survey.ortho_inputs,
+        unit.neighbours, survey.surfaces, rows, colours.unread, survey.ortho_inputs,
         survey.catalog.reference.code, survey.images.white,
     ))  # fmt: skip
     return Task(
         NAME, unit.id, "cityflow.stages.texture:run", VERSION,
         parameters=as_json(texture_parameters(survey, unit)),
         inputs={
-            **digests,
+            "models": models,
             **{f"surface {t}": survey.results.digest_of("surface", t) for t in tiles},
             "outline": digest_of([unit.digest, survey.outline_sigma_m]),
             "neighbours": digest_of([sorted(unit.neighbours), {u: e.digest for u, e in sorted(blocks.items())}]),
@@ -119,7 +120,7 @@ def task(survey: Survey, unit: UnitEntry, neighbours: Sequence[UnitEntry], needs
         },
         arguments=given,
         limits=survey.limits(NAME),
-        shared={views.path: views.text},
+        shared=shared,
     )  # fmt: skip
 
 
@@ -152,9 +153,10 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 def _opened(store: Store, given: TextureInputs) -> tuple[list[ColourImage], dict[str, str]]:
     """The images of a task, and why others cannot be opened: they were there when the task was made."""
     found, gone = [], {}
-    for name in given.colours.names:
+    colours, expecting = given.colours.inputs(store)
+    for name in colours.names:
         try:
-            found.append(replace(given.colours.open(store, name), white=given.white))
+            found.append(replace(colours.open(expecting, name), white=given.white))
         except CatalogError as error:
             gone[name] = error.problem
         except OSError as error:
@@ -229,11 +231,11 @@ def _covers(colours: FloatArray, grid: Grid, bounds: Bounds) -> bool:
 
 
 def _models_surfaces_images(city: City, name: str) -> Iterable[Node]:
-    """The models and surfaces that may stand between a unit and the cameras, and the images."""
+    """The models and surfaces that may stand between a unit and the cameras, and all images over its tile, since these share a table."""
     unit = city.units[name]
     needs = texture_needs(city, unit)
     return Nodes(
-        ("reconstruct", needs.models), ("surface", surfaces_around(city.survey, unit)), ("ingest", needs.images)
+        ("reconstruct", needs.models), ("surface", surfaces_around(city.survey, unit)), ("ingest", needs.shown.names)
     )
 
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
+from cityflow.core.building import Status
 from cityflow.flow.shared import SharedText
 from cityflow.flow.task import digest_of_members, member_of
-from cityflow.handover.colour_images import ColourInputs, views_text
-from cityflow.survey.results import Results
+from cityflow.handover.colour_images import ColourInputs, ColourRows, ImageFile, files_text, views_text
+from cityflow.survey.results import INGEST, Left, Results
 from cityflow.survey.survey import Survey
 
 
@@ -94,6 +95,46 @@ def colours_of(survey: Survey, names: Sequence[str]) -> Colours:
     unread = tuple(name for name in names if name not in pixels) if len(pixels) < len(found) else ()
     digest = digest_of_members([source.contents for source in found])
     return Colours(pixels, unread, digest, digest_of_members([source.view for source in read]))
+
+
+class TileImages:
+    """The images that show the units of a tile: what tasks of these units share, and the rows of the table that each is given.
+
+    Parameters
+    ----------
+    shown : those that show any of its units;  names : those that show units of the area: all that tasks are made of. Both sorted
+
+    Attributes
+    ----------
+    views : poses and balances
+    """
+
+    def __init__(self, survey: Survey, shown: Sequence[str], names: Sequence[str]) -> None:
+        self.views = views_of(survey, shown)
+        self.names = names
+        self._lefts, self._rows, self._files, self._changes = list[Left | None](), dict[str, int](), files_text([]), -1
+
+    def inputs(self, results: Results, names: Iterable[str]) -> tuple[ColourRows, dict[str, str]]:
+        """Some of them that could be read; and path → text of what is shared. All of `names` have ended."""
+        if self._changes != results.changes[INGEST]:
+            self._look(results)
+        rows = tuple([self._rows[name] for name in names])
+        shared = {self.views.path: self.views.text, self._files.path: self._files.text}
+        return ColourRows(self.views.path, self._files.path, rows), shared
+
+    def _look(self, results: Results) -> None:
+        """Make the table, anew where an image was ingested again."""
+        lefts = [results.of(INGEST, name) for name in self.names]
+        self._changes = results.changes[INGEST]
+        if lefts == self._lefts:
+            return
+        self._lefts = lefts
+        images = [
+            ImageFile(name, left.paths[0], left.sizes[0], left.sums[0])
+            for name, left in zip(self.names, lefts, strict=True)
+            if left is not None and left.paths and left.status is not Status.FAILED
+        ]
+        self._files, self._rows = files_text(images), {image.name: row for row, image in enumerate(images)}
 
 
 def _source_of(survey: Survey, name: str) -> _Source:

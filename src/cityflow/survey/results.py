@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from sys import intern
 
 from cityflow.core.building import Status
 from cityflow.flow.stage import Node
-from cityflow.flow.task import Record
+from cityflow.flow.task import Record, digest_of
 from cityflow.handover.hull_input import Hull
 
 HULL = "hull.city.jsonl"
 """What reconstruction leaves of a unit."""
-RECONSTRUCT = "reconstruct"
+INGEST, RECONSTRUCT = "ingest", "reconstruct"
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +25,7 @@ class Left:
     ----------
     digest : of its contents, as its result says; empty where it does not
     paths, sums : RUN-relative paths that it left, and the digests of their contents
+    sizes : bytes of the files, in the order of the paths, of the stage ``ingest`` alone; 0 where they are not known
     """
 
     status: Status
@@ -32,6 +33,7 @@ class Left:
     digest: str
     paths: tuple[str, ...]
     sums: tuple[str, ...]
+    sizes: tuple[int, ...] = ()
 
     @property
     def outputs(self) -> dict[str, str]:
@@ -72,7 +74,8 @@ class Results:
             outputs = {p: d for p, d in outputs.items() if p.endswith(HULL)}
         digest = str(record.result.get("digest") or "")
         digest = next((d for d in outputs.values() if d == digest), digest)  # one text less
-        left = Left(record.status, record.reason, digest, tuple(outputs), tuple(outputs.values()))
+        sizes = tuple(record.sizes.get(path, 0) for path in outputs) if record.stage == INGEST else ()
+        left = Left(record.status, record.reason, digest, tuple(outputs), tuple(outputs.values()), sizes)
         self._left.setdefault(record.stage, {})[intern(record.unit)] = left
         self._refused.pop(node, None)
         if refused := record.result.get("refused"):
@@ -165,16 +168,17 @@ class Results:
             return "missing"
         return left.sums[0] if left.sums else f"{left.status}: {left.reason}"
 
-    def hulls(self, units: Iterable[str]) -> tuple[dict[str, str], dict[str, str]]:
-        """Unit → where its hull is written, of those that have one; and ``hull UNIT`` → `digest_of_hull`, of all."""
-        paths, digests, known = dict[str, str](), dict[str, str](), self.of_stage(RECONSTRUCT)
+    def hulls(self, units: Sequence[str]) -> tuple[dict[str, str], str]:
+        """Unit → where its hull is written, of those that have one; and one digest of `digest_of_hull` of all."""
+        paths, digests, known = dict[str, str](), list[str](), self.of_stage(RECONSTRUCT)
         for unit in units:
             left = known.get(unit) or self.of(RECONSTRUCT, unit)
             if left is not None and left.paths:
-                paths[unit], digests[f"hull {unit}"] = left.paths[0], left.sums[0]
+                paths[unit] = left.paths[0]
+                digests.append(left.sums[0])
             else:
-                digests[f"hull {unit}"] = self.digest_of_hull(unit)
-        return paths, digests
+                digests.append(self.digest_of_hull(unit))
+        return paths, digest_of([list(units), digests])
 
     def outlines_of(self, stage: str, tile: str) -> dict[str, str]:
         """Path → digest of the file that holds the outlines or the units of a tile, as the stage ``outline`` or ``units`` left them; none where it has none."""

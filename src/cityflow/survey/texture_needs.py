@@ -10,9 +10,8 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Tile
-from cityflow.flow.shared import SharedText
 from cityflow.survey.city import City
-from cityflow.survey.colours import views_of
+from cityflow.survey.colours import TileImages
 from cityflow.survey.texture_inputs import LONGEST_M, texture_parameters, tiles_around
 from cityflow.survey.unit_entry import UnitEntry
 from cityflow.survey.unit_index import UnitIndex
@@ -30,12 +29,12 @@ class TextureNeeds:
     ----------
     models : the unit and those whose models may stand between it and a camera, or share a wall with it, whatever tiles they are in
     images : those that have it in their frame
-    views : poses and balances of all images that show a unit of its tile
+    shown : all images that show a unit of its tile: those of the area come to an end before any of its textures is made
     """
 
     models: tuple[str, ...]
     images: tuple[str, ...]
-    views: SharedText
+    shown: TileImages
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +77,10 @@ def _of_tile(city: City, tile: str) -> _TileNeeds:
         tuple(sorted(n for n in {*found, u.id} if n in city.units)) for u, found in zip(units, around, strict=True)
     ]
     images = _images(city, index, asked)
-    views = views_of(survey, sorted({n for names_of in images for n in names_of}))
-    needs = {u.id: TextureNeeds(m, tuple(i), views) for u, m, i in zip(units, models, images, strict=True)}
+    asked_for = set(city.chosen[tile])
+    of_area = {n for u, names_of in zip(units, images, strict=True) if u.id in asked_for for n in names_of}
+    shown = TileImages(survey, sorted({n for names_of in images for n in names_of}), sorted(of_area))
+    needs = {u.id: TextureNeeds(m, tuple(i), shown) for u, m, i in zip(units, models, images, strict=True)}
     return _TileNeeds({t: city.units_of.get(t) for t in names}, needs)
 
 
