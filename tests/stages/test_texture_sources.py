@@ -23,7 +23,7 @@ from cityflow.core.parameters import merged
 from cityflow.core.texture import FIRST_IMAGE, Patch, UnitTexture
 from cityflow.errors import CityflowError
 from cityflow.flow.store import Store
-from cityflow.flow.task import Outcome, Record, Task
+from cityflow.flow.task import Outcome, Record, Task, digest_of
 from cityflow.handover.texture_files import Rings, decode_unit
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
@@ -31,6 +31,7 @@ from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages.export.textures import CUT_OTHERWISE
 from cityflow.survey.area import Area
 from cityflow.survey.given_outlines import noded_tile
+from cityflow.survey.results import HULL
 from in_process import Records, make_surfaces, outcome_of, record_of
 from remembered_plans import remembered_plans  # noqa: F401  # for every test here
 from stages.painted_houses import (
@@ -352,7 +353,9 @@ def test_tiles_change_no_texture(flown: Painted, flown_run: Run, tmp_path: Path)
     made = run(source_of(flown, tiles={"tile_m": 50, "index_cell_m": 50}), tmp_path / "run")
     for unit in PLANS:
         assert made.records["texture", unit].result == flown_run.records["texture", unit].result
-        assert {k.split(" ")[1] for k in made.records["texture", unit].inputs if k.startswith("hull ")} == set(PLANS)
+        hulls = [made.records["reconstruct", u].outputs for u in sorted(PLANS)]
+        sums = [next(d for p, d in left.items() if p.endswith(HULL)) for left in hulls]
+        assert made.records["texture", unit].inputs["models"] == digest_of([sorted(PLANS), sums]), "of all three"
     assert textures(made) == textures(flown_run)
 
 
