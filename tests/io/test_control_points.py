@@ -155,6 +155,22 @@ def test_points_without_a_crs_or_outside(tmp_path: Path) -> None:
         in_crs(points, CRS.from_epsg(25832), given=CRS.from_epsg(4326))
 
 
+def test_latitude_before_longitude_is_found(tmp_path: Path) -> None:
+    """Pix4D writes latitude first in geographic coordinates; PROJ makes a place of it that is 6,000 km away."""
+    right, exchanged = "a,4.36,52.01,45\nb,4.361,52.011,46\n", "a,52.01,4.36,45\nb,52.011,4.361,46\n"
+    target, given = CRS.from_user_input("EPSG:28992+5709"), CRS.from_epsg(4979)
+    found = in_crs(read_control_points(_written(tmp_path, right)), target, given)
+    assert found.coordinates[0, :2] == pytest.approx([84_400, 447_300], abs=300)
+    with pytest.raises(CatalogError, match="control points a, b lie outside of Amersfoort"):
+        in_crs(read_control_points(_written(tmp_path, exchanged)), target, given)
+
+
+def test_coordinates_of_another_crs_than_the_catalog_are_found(tmp_path: Path) -> None:
+    points = read_control_points(_written(tmp_path, POINTS))
+    with pytest.raises(CatalogError, match="control points a, b lie outside of Amersfoort / RD New"):
+        in_crs(points, CRS.from_epsg(28992))
+
+
 def test_heights_change_with_their_datum(tmp_path: Path) -> None:
     """Heights above the ellipsoid become those above the geoid where its grid is installed; else that is said."""
     points = read_control_points(_written(tmp_path, LIST.replace("EPSG:25832", "EPSG:4937").replace("458010.5 5428020.25", "8.42 49.0").replace(

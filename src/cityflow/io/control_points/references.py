@@ -5,12 +5,16 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from pyproj import CRS
+from pyproj import CRS, Transformer
 from pyproj.exceptions import CRSError
 from pyproj.transformer import TransformerGroup
 
+from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.control_points import ControlPoints
 from cityflow.errors import CatalogError
+
+BEYOND_DEG = 6.0
+"""Surveys go on beyond the area that a CRS is made for, by no more than a zone of UTM; exchanged coordinates mostly lie farther off."""
 
 
 def wkt_of(text: str, where: str) -> str:
@@ -35,7 +39,7 @@ def in_crs(points: ControlPoints, target: CRS | None, given: CRS | None = None) 
     Raises
     ------
     CatalogError
-        Where no CRS is known, no transformation exists, or points lie outside of it.
+        Where no transformation exists, or points lie far outside of the area that the catalog's CRS is made for.
     """
     if target is None:
         return points
@@ -43,9 +47,9 @@ def in_crs(points: ControlPoints, target: CRS | None, given: CRS | None = None) 
     own = given if given is not None else stated
     if own is None:
         note = f"control points state no CRS: taken as {target.name} → name their CRS if that is wrong"
-        return points.at(points.coordinates, target.to_wkt(), note)
+        return _inside(points.at(points.coordinates, target.to_wkt(), note), target)
     if own.equals(target, ignore_axis_order=True):
-        return points
+        return _inside(points, target)
     heights = _has_heights(own) and _has_heights(target)
     source, goal = (own, target) if heights else (_flat(own), _flat(target))
     with warnings.catch_warnings():
@@ -58,13 +62,37 @@ def in_crs(points: ControlPoints, target: CRS | None, given: CRS | None = None) 
     best, old = group.transformers[0], points.coordinates
     plan = old if heights else old[:, :2]
     new = np.column_stack([*best.transform(*plan.T), *([] if heights else [old[:, 2]])])
-    out = [p.name for p, xyz in zip(points.points, new, strict=True) if not np.isfinite(xyz).all()]
-    if out:
+    return _inside(points.at(new, target.to_wkt(), *_notes(own, target, heights, group)), target)
+
+
+def _inside(points: ControlPoints, target: CRS) -> ControlPoints:
+    """The points; raises CatalogError where some lie far outside of the area of their CRS."""
+    far = _far_outside(points.coordinates, target)
+    if far.any():
+        names = ", ".join(p.name for p, out in zip(points.points, far, strict=True) if out)
         raise CatalogError(
-            f"control points {', '.join(out)} lie outside of {target.name}",
-            remedy="check their CRS and the order of x and y",
+            f"control points {names} lie outside of {target.name}",
+            remedy="check their CRS and the order of x and y (programs differ in writing latitude or longitude first)",
         )
-    return points.at(new, target.to_wkt(), *_notes(own, target, heights, group))
+    return points
+
+
+def _far_outside(xyz: FloatArray, crs: CRS) -> BoolArray:
+    """(N,) which places are none, or lie more than `BEYOND_DEG` from the area that the CRS is made for, where that is known."""
+    away = np.asarray(~np.isfinite(xyz).all(axis=1))
+    area = crs.area_of_use or _flat(crs).area_of_use
+    if area is None:
+        return away
+    to_degrees = Transformer.from_crs(_flat(crs), CRS.from_epsg(4326), always_xy=True)
+    degrees = np.column_stack(to_degrees.transform(xyz[:, 0], xyz[:, 1]))
+    # 1000 degrees are no latitude of any place
+    longitude, latitude = np.where(np.isfinite(degrees), degrees, 1000.0).T
+    width = (area.east - area.west) % 360.0 or 360.0
+    east = (longitude - area.west + BEYOND_DEG) % 360.0
+    within = (
+        (east <= width + 2 * BEYOND_DEG) & (latitude >= area.south - BEYOND_DEG) & (latitude <= area.north + BEYOND_DEG)
+    )
+    return np.asarray(away | ~within)
 
 
 def _notes(own: CRS, target: CRS, heights: bool, group: TransformerGroup) -> tuple[str, ...]:
