@@ -36,7 +36,7 @@ class Block:
 
     @staticmethod
     def of(images: Sequence[OrientedImage], origin: FloatArray) -> Block:
-        """The block of some images, without points."""
+        """The block of some images, without points; cameras that are equal in every value are one."""
         known: dict[Camera, int] = {}
         camera = np.array([known.setdefault(i.camera, len(known)) for i in images], np.int64)
         rotations = np.array([i.rotation for i in images]).reshape(-1, 3, 3)

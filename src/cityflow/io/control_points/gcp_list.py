@@ -20,7 +20,7 @@ TO_CORNER = 0.5
 
 
 def read_gcp_list(path: str | Path) -> ControlPoints:
-    """The points of a list; names that begin with CHK are check points, as OpenDroneMap has it.
+    """The points of a list; names that begin with CHK are check points, as users write them (OpenDroneMap itself takes all as control).
 
     Raises
     ------
