@@ -18,7 +18,7 @@ from cityflow.flow.task import Json, Record, Task
 WORK, PRODUCTS = FOLDERS = "work/", "products/"
 TREES = (dict, list, tuple)
 KEPT = 10_000
-"""Units whose outputs stay at hand, some megabytes: tasks of one tile read the same few, most of which have just ended."""
+"""Units of a stage whose outputs stay at hand, some megabytes: tasks of one tile read the same few, most of which have just ended."""
 
 
 class Inputs:
@@ -27,7 +27,7 @@ class Inputs:
     def __init__(self, store: Store, ledger: Ledger) -> None:
         self._ledger = ledger
         self._shared = SharedTexts(store)
-        self._outputs: dict[Node, Mapping[str, Written]] = {}
+        self._outputs: dict[str, dict[str, Mapping[str, Written]]] = {}  # by stage and unit
         self._known: dict[str, Written] = {}  # those in ``work/`` by path
         self._products: dict[str, tuple[Node, Written]] = {}
 
@@ -67,21 +67,24 @@ class Inputs:
         return None if node is None else self._left_by(node).get(path)
 
     def _left_by(self, node: Node) -> Mapping[str, Written]:
-        if node not in self._outputs:
-            record = self._ledger.latest(*node)
+        stage, unit = node
+        if unit not in self._outputs.get(stage, ()):
+            record = self._ledger.latest(stage, unit)
             self._keep(node, {} if record is None else written_by(record))
-        return self._outputs[node]
+        return self._outputs[stage][unit]
 
     def _keep(self, node: Node, written: Mapping[str, Written]) -> None:
-        """In the place of what was known of the node; who came first goes first."""
-        self._forget(node)
-        self._outputs[node] = written
+        """In the place of what was known of the node; who came first in its stage goes first."""
+        stage, unit = node
+        units = self._outputs.setdefault(stage, {})
+        self._forget(units, unit)
+        units[unit] = written
         self._known.update((p, w) for p, w in written.items() if p.startswith(WORK))
-        if len(self._outputs) > KEPT:
-            self._forget(next(iter(self._outputs)))
+        if len(units) > KEPT:
+            self._forget(units, next(iter(units)))
 
-    def _forget(self, node: Node) -> None:
-        for path in self._outputs.pop(node, ()):
+    def _forget(self, units: dict[str, Mapping[str, Written]], unit: str) -> None:
+        for path in units.pop(unit, ()):
             self._known.pop(path, None)
 
 
