@@ -2,7 +2,6 @@
 
     python benchmarks/orientation.py FOLDER --seed 33                            # makes surveys, catalogs and runs, and prints the table
     python benchmarks/orientation.py FOLDER --seed 33 --only clean spoiled       # these cases alone
-    python benchmarks/orientation.py FOLDER --seed 33 --only refined --orient "cityflow orient …"
 
 Cases: ``clean`` (true poses, clean pictures), ``blurred`` (true poses, pictures of `synth --condition spoiled`), ``spoiled`` (those pictures, each
 pose off by itself by 0.4 pixels and 2 cm), ``refined`` (those poses after ``cityflow orient``). Outlines are found and split by the run;
@@ -13,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import shlex
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -60,18 +58,14 @@ def survey_of(folder: Path, case: str, seed: int, size: str) -> Path:
     return survey
 
 
-def catalog_of(folder: Path, case: str, survey: Path, orient: str) -> Path:
+def catalog_of(folder: Path, case: str, survey: Path) -> Path:
     """The pictures with the poses of a case."""
     catalog = folder / f"catalog_{case}"
     if (catalog / "collection.json").exists():
         return catalog
     if case == REFINED:
-        if not orient:
-            raise SystemExit(
-                "refined poses: give the command with --orient, {survey} {given} {out} stand for the folders"
-            )
-        words = orient.format(survey=survey, given=folder / f"catalog_{SPOILED}", out=catalog)
-        subprocess.run(shlex.split(words), check=True)
+        given = catalog_of(folder, SPOILED, survey)
+        _cityflow("orient", given, "--out", catalog, "--workers", 1)
         return catalog
     p = parameters_of(survey)
     poses = survey / "orientation" if case == SPOILED else survey / "truth" / "orientation"
@@ -154,7 +148,7 @@ def figures_of(folder: Path, case: str, asked: argparse.Namespace) -> dict[str, 
         return dict(json.loads(kept.read_text()))
     survey = survey_of(folder, case, asked.seed, asked.size)
     p = parameters_of(survey)
-    catalog = catalog_of(folder, case, survey, asked.orient)
+    catalog = catalog_of(folder, case, survey)
     print(case, poses := pose_part(catalog, survey, p), flush=True)
     run = run_of(folder, case, catalog, p)
     figures = poses | surface_part(run, p) | model_part(run, survey) | border_part(run, survey)
@@ -175,7 +169,6 @@ def main(words: Sequence[str] | None = None) -> None:
     options.add_argument("--seed", type=int, default=33)
     options.add_argument("--size", default="50x40")
     options.add_argument("--only", nargs="+", choices=CASES, default=CASES)
-    options.add_argument("--orient", default="", help="command that makes the refined catalog {out} of {given}")
     asked = options.parse_args(words)
     asked.folder.mkdir(parents=True, exist_ok=True)
     print_table({case: figures_of(asked.folder, case, asked) for case in asked.only})
