@@ -163,7 +163,7 @@ def ledger(records: int) -> None:
             with timed("ledger: state of each task", records):
                 assert all(opened.state(unit(f"{i:07d}")) == "done" for i in range(records))
             with timed("ledger: counts by status and mean", 1):
-                assert opened.count_by_status("nothing")[Status.DONE] == records
+                assert opened.tally("nothing").status[Status.DONE] == records
                 opened.mean_seconds("nothing")
             with timed("ledger: walk over all newest records", records):
                 assert sum(1 for _ in opened.records("nothing")) == records

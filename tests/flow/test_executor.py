@@ -137,7 +137,7 @@ def test_a_stage_that_cannot_work_stops_the_run(client: Client, store: Store, le
     with pytest.raises(RunError, match="the first 20 units of stage toy all failed in the same way: ValueError"):
         run_tasks(source, client, store, ledger)
     assert source.pulled < 100
-    assert ledger.count_by_status("toy")[Status.FAILED] >= 20
+    assert ledger.tally("toy").status[Status.FAILED] >= 20
 
 
 def test_bad_data_never_stops_the_run(client: Client, store: Store, ledger: Ledger) -> None:

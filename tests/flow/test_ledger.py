@@ -149,7 +149,7 @@ def said(ledger: Ledger, units: int = 40) -> list[object]:
     """All that a ledger says."""
     names = [f"u{i:02d}" for i in range(units)]
     return [
-        list(ledger.records()), list(ledger.records("toy")), ledger.units("toy"), ledger.stages(), ledger.count_by_status("toy"),
+        list(ledger.records()), list(ledger.records("toy")), ledger.units("toy"), ledger.stages(), ledger.tally("toy").status,
         ledger.mean_seconds("toy"), ledger.peak_mb("toy"), [ledger.next_attempt("toy", n) for n in names],
         [ledger.latest("toy", n) for n in names], [ledger.attempts("toy", n) for n in names], [ledger.state(toy(n)) for n in names],
     ]  # fmt: skip
@@ -234,7 +234,7 @@ def test_counts_and_means(store: Store) -> None:
         for i, status in enumerate([Status.DONE, Status.DONE, Status.DEGRADED, Status.FAILED]):
             ledger.add(record_for(toy(f"u{i}"), status=status, seconds=float(i), peak_mb=100.0 * i))
         ledger.add(record_for(toy("u3"), 2, status=Status.DONE, seconds=5.0, peak_mb=50))
-        assert ledger.count_by_status("toy") == {
+        assert ledger.tally("toy").status == {
             Status.DONE: 3, Status.DEGRADED: 1, Status.FAILED: 0, Status.REFUSED: 0,
         }  # fmt: skip
         assert ledger.mean_seconds("toy") == 2.0
@@ -315,4 +315,4 @@ os.kill(os.getpid(), signal.SIGKILL)
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     assert subprocess.run([sys.executable, "-c", script, store.root], env=environment).returncode == -9
     with Ledger.open(store) as ledger:
-        assert ledger.count_by_status("toy")[Status.DONE] == 333
+        assert ledger.tally("toy").status[Status.DONE] == 333

@@ -159,7 +159,7 @@ def test_tasks_share_the_tree_of_what_they_share() -> None:
     assert [from_json(Given, json.loads(json.dumps(tree)), "") for tree in trees] == [first, second]
 
 
-def test_paths_are_found_at_any_depth_and_once_in_what_is_shared(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_paths_are_found_at_any_depth_and_once_in_what_is_shared() -> None:
     class Watched(dict[str, Any]):
         seen = 0
 
@@ -167,7 +167,7 @@ def test_paths_are_found_at_any_depth_and_once_in_what_is_shared(monkeypatch: py
             Watched.seen += 1
             return super().values()
 
-    shared = Watched({"deep": [{"work/key/1": ("products/x.jpg", 3, None)}], "no": "elsewhere/work/"})
+    shared = {"deep": [Watched({"work/key/1": ("products/x.jpg", 3, None)})], "no": "elsewhere/work/"}
     for k in range(3):
         found = paths_in({"products/name": f"work/own/{k}", "shared": shared, "empty": [], "number": 4})
         assert sorted(found) == ["products/name", "products/x.jpg", "work/key/1", f"work/own/{k}"]

@@ -81,7 +81,7 @@ def _grads(image: OrientedImage) -> tuple[float, float, float]:
     """φ, ω, κ of Ry(φ) Rx(ω) Rz(κ), grads."""
     m = PHOTO_FLIP @ image.rotation
     omega = np.arcsin(-m[2, 1])
-    return tuple(np.array([np.arctan2(m[2, 0], m[2, 2]), omega, np.arctan2(m[0, 1], m[1, 1])]) * 200 / np.pi)  # type: ignore[return-value]
+    return tuple(np.array([np.arctan2(m[2, 0], m[2, 2]), omega, np.arctan2(m[0, 1], m[1, 1])]) * 200 / np.pi)
 
 
 def test_bingo(tmp_path: Path) -> None:

@@ -37,7 +37,7 @@ def _xmp(attributes: str = "", elements: str = "") -> bytes:
     ).encode()
 
 
-def _exif(main: dict[int, Any], fine: dict[int, Any], place: dict[int, Any] | None = None) -> bytes:
+def _exif(main: dict[int, Any], fine: dict[int, Any], place: dict[Any, Any] | None = None) -> bytes:
     tags = Image.Exif()
     for key, value in main.items():
         tags[key] = value

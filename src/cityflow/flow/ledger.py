@@ -176,10 +176,6 @@ class Ledger:
         """What the newest records of a stage come to, or those of some of its units; none of them is read."""
         return tally_of(*self._newest(stage), units if isinstance(units, SomeUnits) else SomeUnits.only(units))
 
-    def count_by_status(self, stage: str) -> dict[Status, int]:
-        """How many units have a newest record of each status; every status is a key."""
-        return self.tally(stage).status
-
     def count_files(self) -> int:
         """How many attempts left a record, or a mark and nothing since."""
         loose = sum(not self._joined.has(*number) for number in self._loose.numbers())

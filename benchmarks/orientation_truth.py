@@ -1,7 +1,7 @@
 """What errors of poses and pictures cost: a synthetic flight, clean and spoiled, with true, given and refined poses, run as a user's survey would be.
 
-    python benchmarks/orientation.py FOLDER --seed 33                            # makes surveys, catalogs and runs, and prints the table
-    python benchmarks/orientation.py FOLDER --seed 33 --only clean spoiled       # these cases alone
+    python benchmarks/orientation_truth.py FOLDER --seed 33                            # makes surveys, catalogs and runs, and prints the table
+    python benchmarks/orientation_truth.py FOLDER --seed 33 --only clean spoiled       # these cases alone
 
 Cases: ``clean`` (true poses, clean pictures), ``blurred`` (true poses, pictures of `synth --condition spoiled`), ``spoiled`` (those pictures, each
 pose off by itself by 0.4 pixels and 2 cm), ``refined`` (those poses after ``cityflow orient``). Outlines are found and split by the run;
