@@ -10,10 +10,12 @@ import shapely
 
 from cityflow.core.camera import OrientedImage
 from cityflow.errors import CityflowError
+from cityflow.evaluation.block import block_figures, whole_error
+from cityflow.evaluation.poses import angle_deg
 from cityflow.synthetic.flight import FlightParameters, Head, plan_flight
 from cityflow.synthetic.flight_presets import PRESETS, preset
 from cityflow.synthetic.footprints import ground_quad
-from cityflow.synthetic.pose_noise import PoseErrors, station_of, with_pose_noise
+from cityflow.synthetic.pose_noise import PoseErrors, station_of, whole_move, with_pose_noise
 
 BOUNDS = (85000.0, 447000.0, 85300.0, 447200.0)
 GROUND = 12.0
@@ -191,3 +193,21 @@ def test_a_nominal_camera_has_the_data_sheets_numbers() -> None:
     assert (given.camera.cx, given.camera.cy) == (750.0, 500.0)
     assert given.camera.fx == pytest.approx(1.01 * images[0].camera.fx)
     assert (given.rotation == images[0].rotation).all()
+
+
+def test_a_block_that_is_off_as_a_whole_is_off_by_that_and_nothing_else() -> None:
+    images = plan_flight((0, 0, 100, 100), 0.0, preset("five_cameras", **EXACT))
+    x, y = (v.ravel() for v in np.meshgrid(np.linspace(10, 90, 9), np.linspace(10, 90, 9)))
+    xyz, middle = np.column_stack([x, y, 5.0 + 3.0 * np.sin(x / 7)]), np.array([50.0, 50.0, 5.0])
+    move = whole_move(PoseErrors(shift_m=5.0, turn_deg=3.0, scale_share=0.01), middle, seed=3)
+    moved = [move.moved_image(i) for i in images]
+    for true, given in zip(images, moved, strict=True):
+        assert given.project(move.moved(xyz))[0] == pytest.approx(true.project(xyz)[0], abs=1e-6)
+    found = whole_error(moved, images, xyz)
+    assert np.linalg.norm(found.of_middle(middle)) == pytest.approx(5.0, abs=1e-6)
+    assert angle_deg(found.rotation, np.eye(3)) == pytest.approx(3.0, abs=1e-6)
+    assert found.scale == pytest.approx(1.01, abs=1e-9)
+    assert block_figures(moved, images, xyz).parallax_rms_px < 1e-6
+    assert whole_move(PoseErrors(shift_m=5.0), middle, seed=4).of_middle(middle) != pytest.approx(
+        move.of_middle(middle)
+    )

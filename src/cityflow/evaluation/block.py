@@ -14,6 +14,7 @@ import numpy as np
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.geometry.epipolar import intersections, vertical_parallax
+from cityflow.geometry.similarity import Similarity, similarity_between
 
 LEAST_COMMON = 8
 """Points that two images must both show to be a pair; set by hand."""
@@ -61,15 +62,7 @@ def block_figures(
     ValueError
         No image is in both, or no two of them show the same points.
     """
-    by_name = {i.name: i for i in found}
-    kept = [k for k, t in enumerate(truth) if t.name in by_name]
-    images = [(by_name[truth[k].name], truth[k]) for k in kept]
-    shown = np.array([_in_frame(t, xyz) for _, t in images]).reshape(len(images), len(xyz))
-    # lenses are undone once, not for each pair
-    uv = np.array([_without_lens(f, t, xyz, own) for (f, t), own in zip(images, shown, strict=True)])
-    ideal = [replace(f, camera=f.camera.pinhole) for f, _ in images]
-    if seen is not None:
-        shown &= seen[kept]
+    images, ideal, uv, shown = _seen(found, truth, xyz, seen)
     parallax = [
         vertical_parallax(ideal[a], ideal[b], uv[a][both], uv[b][both])
         for a, b in combinations(range(len(images)), 2)
@@ -86,6 +79,34 @@ def block_figures(
         len(parallax), _rms(off), float(np.median(off)), float(np.percentile(off, 95)), len(error),
         _rms(np.hypot(error[:, 0], error[:, 1])), _rms(error[:, 2]),
     )  # fmt: skip
+
+
+def whole_error(found: Sequence[OrientedImage], truth: Sequence[OrientedImage], xyz: FloatArray) -> Similarity:
+    """What a block is off by as a whole: the similarity from true points to where its rays meet; arguments as in `block_figures`.
+
+    Raises
+    ------
+    ValueError
+        Two images show fewer than three common points.
+    """
+    _, ideal, uv, shown = _seen(found, truth, xyz, None)
+    place = _places(ideal, uv, shown)
+    known = np.isfinite(place).all(axis=1)
+    return similarity_between(xyz[known], place[known])
+
+
+def _seen(
+    found: Sequence[OrientedImage], truth: Sequence[OrientedImage], xyz: FloatArray, seen: BoolArray | None
+) -> tuple[list[tuple[OrientedImage, OrientedImage]], list[OrientedImage], FloatArray, BoolArray]:
+    """Images that both have, found and true; the found ones without lenses; (N, P, 2) where these show the points; (N, P) whether they do."""
+    by_name = {i.name: i for i in found}
+    kept = [k for k, t in enumerate(truth) if t.name in by_name]
+    images = [(by_name[truth[k].name], truth[k]) for k in kept]
+    shown = np.array([_in_frame(t, xyz) for _, t in images]).reshape(len(images), len(xyz))
+    # lenses are undone once, not for each pair
+    uv = np.array([_without_lens(f, t, xyz, own) for (f, t), own in zip(images, shown, strict=True)])
+    ideal = [replace(f, camera=f.camera.pinhole) for f, _ in images]
+    return images, ideal, uv, shown if seen is None else shown & seen[kept]
 
 
 def _without_lens(found: OrientedImage, true: OrientedImage, xyz: FloatArray, shown: BoolArray) -> FloatArray:

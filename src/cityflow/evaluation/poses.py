@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -79,11 +79,7 @@ def angle_deg(a: FloatArray, b: FloatArray) -> float:
 
 def _aligned(found: Sequence[OrientedImage], true: Sequence[OrientedImage]) -> tuple[list[OrientedImage], float]:
     move = similarity_between(np.array([f.centre for f in found]), np.array([t.centre for t in true]))
-    moved = [
-        replace(f, centre=move.moved(f.centre[None])[0], rotation=np.asarray(f.rotation @ move.rotation.T))
-        for f in found
-    ]
-    return moved, move.scale
+    return [move.moved_image(f) for f in found], move.scale
 
 
 def _interior(found: Camera, true: Camera) -> tuple[float, float]:

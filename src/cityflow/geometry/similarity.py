@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
+from cityflow.core.camera import OrientedImage
 
 LEAST_SPREAD = 1e-9
 """Second singular value of the points over the first below which they lie on a line, and leave the rotation about it open."""
@@ -22,6 +24,20 @@ class Similarity(NamedTuple):
     def moved(self, xyz: FloatArray) -> FloatArray:
         """(N, 3) points after it."""
         return np.asarray(self.scale * xyz @ self.rotation.T + self.shift)
+
+    def moved_image(self, image: OrientedImage) -> OrientedImage:
+        """The image that shows of moved points what the given one shows of the points."""
+        centre = self.moved(image.centre[None])[0]
+        return replace(image, centre=centre, rotation=np.asarray(image.rotation @ self.rotation.T))
+
+    @staticmethod
+    def about(middle: FloatArray, scale: float, rotation: FloatArray, shift: FloatArray) -> Similarity:
+        """Scale and rotation about the (3,) point `middle`, which itself moves by `shift`, metres."""
+        return Similarity(scale, rotation, np.asarray(middle + shift - scale * rotation @ middle))
+
+    def of_middle(self, middle: FloatArray) -> FloatArray:
+        """(3,) how far the point `middle` moves, metres."""
+        return np.asarray(self.moved(middle[None])[0] - middle)
 
 
 def similarity_between(source: FloatArray, target: FloatArray) -> Similarity:

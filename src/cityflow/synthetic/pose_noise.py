@@ -10,8 +10,10 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.parameters import Parameters
+from cityflow.geometry.similarity import Similarity
 from cityflow.synthetic.flight import small_rotation
 
 
@@ -29,6 +31,13 @@ class PoseErrors(Parameters):
         False,
         description="heads of one station are off alike, so that their relative poses are true; else each by itself",
     )
+    shift_m: float = Field(
+        0.0, ge=0, le=1000, description="the whole block is moved this far, in a direction of its own"
+    )
+    turn_deg: float = Field(
+        0.0, ge=0, le=180, description="the whole block is turned so far, about an axis in space of its own"
+    )
+    scale_share: float = Field(0.0, gt=-0.5, lt=1, description="the whole block is larger by this share")
     interior: Literal["true", "nominal"] = Field(
         "true", description="nominal: cameras without distortion, principal point in the image centre"
     )
@@ -47,6 +56,13 @@ class PoseErrors(Parameters):
     def angle_rad(self, camera: Camera) -> float:
         """Standard deviation of a camera's rotation about each of its axes, radians."""
         return float(np.hypot(np.radians(self.angle_deg), self.angle_px / camera.fx))
+
+
+def whole_move(errors: PoseErrors, middle: FloatArray, seed: int) -> Similarity:
+    """What moves true points to where a block has them that is off as a whole; it turns and grows about the (3,) point `middle`."""
+    shift, axis = np.random.default_rng([seed, 13]).normal(0.0, 1.0, (2, 3))
+    turn = small_rotation(axis / np.linalg.norm(axis) * np.radians(errors.turn_deg))
+    return Similarity.about(middle, 1.0 + errors.scale_share, turn, shift / np.linalg.norm(shift) * errors.shift_m)
 
 
 def station_of(name: str) -> str:

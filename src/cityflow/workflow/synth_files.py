@@ -54,8 +54,10 @@ def _write_poses(out: Path, source: SynthSource, town: Town) -> ImageSource:
     p = source.parameters
     jpeg = writes_jpeg(p.render, p.jpeg_quality)
     origin = (*p.origin, 0.0)
-    for folder, poses in (("orientation", p.given_images), ("truth/orientation", source.images)):
-        write_colmap(out / folder, [_named(i, jpeg) for i in poses], tie_points(town, p), origin)
+    ties = tie_points(town, p)
+    moved = ties if p.given_move is None else np.round(p.given_move.moved(ties), 3)
+    for folder, poses, points in (("orientation", p.given_images, moved), ("truth/orientation", source.images, ties)):
+        write_colmap(out / folder, [_named(i, jpeg) for i in poses], points, origin)
     return ImageSource(out / "images", {"colmap": out / "orientation"}, origin=origin)
 
 

@@ -8,14 +8,16 @@ from functools import cached_property, lru_cache
 import numpy as np
 from pydantic import Field, model_validator
 
+from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds
 from cityflow.core.parameters import Parameters
+from cityflow.geometry.similarity import Similarity
 from cityflow.synthetic.control import ControlParameters
 from cityflow.synthetic.flight import FlightParameters, head_rotation, plan_flight
 from cityflow.synthetic.flight_presets import PRESETS
 from cityflow.synthetic.footprints import ground_quad
-from cityflow.synthetic.pose_noise import PoseErrors, with_pose_noise
+from cityflow.synthetic.pose_noise import PoseErrors, whole_move, with_pose_noise
 from cityflow.synthetic.render import RenderParameters
 from cityflow.synthetic.sensor_readout import RawParameters
 from cityflow.synthetic.town import Town, TownParameters, make_town, town_terrain
@@ -124,14 +126,27 @@ class SynthParameters(Parameters):
         """What is flown, with true poses."""
         if self.flight is None:
             return ()
+        return plan_flight(self.area, round(float(self._middle[2]), 1), self.flight)
+
+    @cached_property
+    def _middle(self) -> FloatArray:
+        """(3,) the ground in the middle of the area, metres."""
         x, y = (self.area[0] + self.area[2]) / 2, (self.area[1] + self.area[3]) / 2
-        ground = float(town_terrain(self.seed, self.whole_town).z(np.array([x]), np.array([y]))[0])
-        return plan_flight(self.area, round(ground, 1), self.flight)
+        return np.array([x, y, float(town_terrain(self.seed, self.whole_town).z(np.array([x]), np.array([y]))[0])])
 
     @property
     def given_images(self) -> tuple[OrientedImage, ...]:
         """What is flown, with the orientation that is handed over."""
-        return with_pose_noise(self.images, self.given, self.seed)
+        images, move = with_pose_noise(self.images, self.given, self.seed), self.given_move
+        return images if move is None else tuple(map(move.moved_image, images))
+
+    @property
+    def given_move(self) -> Similarity | None:
+        """What the block that is handed over is off by as a whole: from true points to where it has them; None where it is not."""
+        errors = self.given
+        if not (errors.shift_m or errors.turn_deg or errors.scale_share):
+            return None
+        return whole_move(errors, self._middle, self.seed)
 
 
 def _reach(flight: FlightParameters) -> float:
