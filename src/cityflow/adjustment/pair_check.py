@@ -54,6 +54,25 @@ def agreeing(
     return np.asarray(np.abs(left) < np.clip(3.0 * spread, LEAST_BAND_PX, MOST_BAND_PX))
 
 
+def epipolar_errors(
+    images: tuple[OrientedImage, OrientedImage], uv: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """(K,) signed distances of the second points from the epipolar lines of the first, pixels; (K, 5) how they change with the relative orientation.
+
+    Parameters
+    ----------
+    images : taken in two places
+    uv : (K, 2) image coordinates in each image, pixels
+    """
+    one, other = _normal(images[0], uv[0]), _normal(images[1], uv[1])
+    focal = _focal(images[1])
+    turned = one @ (images[1].rotation @ images[0].rotation.T).T
+    base = images[1].rotation @ (images[0].centre - images[1].centre)
+    base /= np.linalg.norm(base)
+    across = np.linalg.svd(base[None, :])[2][1:]
+    return _distances(turned, base, other) * focal, _slopes(turned, base, across, other, np.zeros(5)) * focal
+
+
 def _normal(image: OrientedImage, uv: FloatArray) -> FloatArray:
     return np.column_stack([image.camera.undistort(uv), np.ones(len(uv))])
 

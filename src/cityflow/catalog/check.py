@@ -12,6 +12,7 @@ import shapely
 from cityflow.catalog.check_files import MADE_AGAIN, check_file, read_files
 from cityflow.catalog.check_images import check_images
 from cityflow.catalog.check_outlines import check_outlines
+from cityflow.catalog.check_poses import check_poses
 from cityflow.catalog.check_results import Seen
 from cityflow.catalog.file_reading import CheckedFile, LidarContents
 from cityflow.catalog.findings import CheckReport, Level
@@ -66,7 +67,8 @@ def check_catalog(
     seen = Seen()
     for note in known.notes:
         seen.say(Level.WARNING, known.href, note)
-    files = read_files(known, reading or Reading())
+    reading = reading or Reading()
+    files = read_files(known, reading)
     for asset, file in zip(known.assets, files, strict=True):
         check_file(asset, file.digest, seen)
     for lidar, file in zip(known.lidar, files[: len(known.lidar)], strict=True):
@@ -82,8 +84,9 @@ def check_catalog(
     if known.images:
         images = [(a, f) for a, f in zip(known.assets, files, strict=True) if isinstance(a, ImageAsset)]
         found = check_images(known, {a.name: f.contents for a, f in images}, seen.bad_images)
-        seen.findings += found.findings
-        rows = _with_images(rows, found.summary)
+        of_poses, relative = check_poses([a for a, f in images if a.name in found.footprints], known.title, reading)
+        seen.findings += [*found.findings, *of_poses]
+        rows = _with_images(rows, {**found.summary, **relative})
         if maps is not None:
             write_maps(maps, known, found)
     order = {level: i for i, level in enumerate(Level)}

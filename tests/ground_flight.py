@@ -1,0 +1,53 @@
+"""A flight of nine rendered pictures over textured ground, and its catalog with poses that may be off."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from adjustment.scenes import rendered_ground
+from cityflow.adjustment.block import rotation_of
+from cityflow.catalog.create import create_catalog
+from cityflow.catalog.orientation import ImageSource
+from cityflow.core.camera import Camera, OrientedImage
+from cityflow.geometry.rotations import from_omega_phi_kappa
+from cityflow.io.catalog.stac import Catalog, read_catalog
+from cityflow.io.orientation.colmap import write_colmap
+
+CAMERA = Camera(420, 320, 480.0, 480.0, 210.0, 160.0)
+ORIGIN = (85000.0, 447000.0, 0.0)
+
+
+def ground_flight() -> list[OrientedImage]:
+    """Nine upright images 50 m over the ground."""
+    rng = np.random.default_rng(4)
+    return [
+        OrientedImage(
+            f"i{k}.png",
+            CAMERA,
+            from_omega_phi_kappa(*rng.normal(0, 0.02, 3)),
+            np.array([9.0 * (k % 3) - 9, 9.0 * (k // 3) - 9, 50.0 + rng.normal(0, 1.5)]),
+        )
+        for k in range(9)
+    ]
+
+
+def ground_catalog(folder: Path, images: list[OrientedImage], given: list[OrientedImage]) -> Catalog:
+    (folder / "images").mkdir(parents=True)
+    for image in images:
+        cv2.imwrite(str(folder / "images" / image.name), np.repeat(rendered_ground(image), 3, axis=2))
+    write_colmap(folder / "orientation", given, np.empty((0, 3)), (0.0, 0.0, 0.0))
+    source = ImageSource(
+        folder / "images", {"colmap": folder / "orientation"}, origin=ORIGIN, heights=(-2.0, 2.0), gains=False
+    )
+    create_catalog(folder / "catalog", images=source, crs="EPSG:7415", title="ground", date="2026-06-21")
+    return read_catalog(str(folder / "catalog"))
+
+
+def turned(images: list[OrientedImage], off_px: float) -> list[OrientedImage]:
+    """The images, each turned by itself."""
+    turns = rotation_of(np.random.default_rng(8).normal(0, off_px / CAMERA.fx, (len(images), 3)))
+    return [replace(i, rotation=t @ i.rotation) for i, t in zip(images, turns, strict=True)]
