@@ -96,3 +96,21 @@ def rendered_ground(image: OrientedImage) -> np.ndarray:
     column, row = ((ground[:, k].reshape(u.shape) * s / 0.1 + 800 - 0.5) for k, s in ((0, 1), (1, -1)))
     picture = cv2.remap(_texture(), column.astype(np.float32), row.astype(np.float32), cv2.INTER_CUBIC)
     return np.asarray(np.clip(picture, 0, 255), np.uint8)[..., None]
+
+
+def rendered_height(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Heights of the hills that `rendered_hills` shows, metres."""
+    return np.asarray(4.0 * np.sin(x / 8.0) * np.cos(y / 10.0))
+
+
+def rendered_hills(image: OrientedImage) -> np.ndarray:
+    """(h, w, 1) uint8: gentle hills with the texture of `rendered_ground`, as an image within 80 m of the origin sees them."""
+    v, u = np.mgrid[: image.camera.height, : image.camera.width] + 0.5
+    rays = image.rays(np.column_stack([u.ravel(), v.ravel()]))
+    height = np.zeros(len(rays))
+    for _ in range(12):
+        ground = image.centre + rays * ((height - image.centre[2]) / rays[:, 2])[:, None]
+        height = rendered_height(ground[:, 0], ground[:, 1])
+    column, row = ((ground[:, k].reshape(u.shape) * s / 0.1 + 800 - 0.5) for k, s in ((0, 1), (1, -1)))
+    picture = cv2.remap(_texture(), column.astype(np.float32), row.astype(np.float32), cv2.INTER_CUBIC)
+    return np.asarray(np.clip(picture, 0, 255), np.uint8)[..., None]

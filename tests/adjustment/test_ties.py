@@ -9,8 +9,9 @@ import numpy as np
 
 from adjustment.scenes import rendered_ground
 from cityflow.adjustment.block import rotation_of
+from cityflow.adjustment.descriptor_matching import MatchingParameters
 from cityflow.adjustment.features import FeatureParameters, Features, find_features
-from cityflow.adjustment.guided_matching import MatchingParameters, guided_matches
+from cityflow.adjustment.guided_matching import guided_matches
 from cityflow.adjustment.pair_check import agreeing
 from cityflow.adjustment.tracks import spread, tied
 from cityflow.core.camera import Camera, OrientedImage

@@ -9,7 +9,9 @@ import pytest
 from rich.console import Console
 
 from cityflow.core.building import Status
+from cityflow.core.control_points import Role
 from cityflow.errors import WorkflowError
+from cityflow.io.control_points.read_points import read_control_points
 from cityflow.runs.prepare import prepared
 from cityflow.workflow import demo
 
@@ -29,6 +31,15 @@ def test_the_flight_has_five_cameras_and_a_workflow_of_its_own(tmp_path: Path) -
     assert parameters.flight is not None
     assert len(parameters.flight.heads) == 5
     assert demo.project_file(demo.FLIGHT.workflow).is_file()
+
+
+def test_photographs_and_control_points_are_shipped() -> None:
+    (city,) = demo.chosen_cities(["photographs"])
+    assert len(list(demo.project_file(city.photographs).glob("*.jpg"))) == 28
+    points = read_control_points(demo.project_file(city.control))
+    assert len(points.of_role(Role.CONTROL)) >= 5
+    names = {m.image for p in points.points for m in p.marks}
+    assert all((demo.project_file(city.photographs) / name).is_file() for name in names)
 
 
 def test_cities_come_in_the_demonstrations_order_and_unknown_ones_are_refused() -> None:

@@ -1,4 +1,4 @@
-"""The command that refines the poses of a catalog's images."""
+"""The command that refines the poses of a catalog's images, or finds those of photographs."""
 
 from __future__ import annotations
 
@@ -9,12 +9,20 @@ import typer
 
 from cityflow.cli import options
 from cityflow.cli.options import OutsideOption, SchedulerOption, WorkersOption
-from cityflow.runs.first_look import look_at_catalog
+from cityflow.errors import CityflowError
+from cityflow.runs.first_look import is_photo_folder, look_at_catalog
+
+PHOTOS_CITY = "workflows/photos_city.yaml"
 
 
 def orient(
-    catalog: Annotated[str, typer.Argument(help="Catalog folder or URL, with oriented images")],
-    out: Annotated[Path, typer.Option(help="Folder for the catalog with refined poses")],
+    catalog: Annotated[
+        str,
+        typer.Argument(
+            metavar="CATALOG|PHOTOS", help="Catalog folder or URL with oriented images, or a folder of photographs"
+        ),
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for the new catalog")],
     work: Annotated[
         Path | None,
         typer.Option(help="Folder for features, ties and records, kept for the next time; default: OUT-orient"),
@@ -25,16 +33,55 @@ def orient(
             "--set", metavar="KEY=VALUE", help="Set a parameter, e.g. bound_px=40 (docs/orient.md); repeatable"
         ),
     ] = None,
+    control: Annotated[
+        Path | None, typer.Option(help="Photographs: control points with marks (docs/control_points.md)")
+    ] = None,
+    marks: Annotated[
+        Path | None, typer.Option(help="Photographs: marks of the control points, where these have a file of their own")
+    ] = None,
+    scale: Annotated[
+        float | None,
+        typer.Option(min=0.01, help="Photographs: median height over the ground, metres, where nothing else is known"),
+    ] = None,
+    local: Annotated[bool, typer.Option("--local", help="Photographs: go on in a frame of unknown scale")] = False,
+    crs: Annotated[
+        str,
+        typer.Option(
+            help="Photographs: CRS of the catalog, EPSG:n or 'local'; empty: that of the control points, UTM for GNSS positions"
+        ),
+    ] = "",
+    city: Annotated[
+        str, typer.Option("--city", metavar="RUN", help="Photographs: then make the city in this folder, as `run` does")
+    ] = "",
+    workflow: Annotated[Path | None, typer.Option(help="Of that run; default: workflows/photos_city.yaml")] = None,
     allow_outside: OutsideOption = False,
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
 ) -> None:
-    """Refine the poses of oriented images by what they show, where that is significant; the result is a catalog like any other."""
+    """Refine the poses of oriented images where that is significant, or find those of photographs. The result is a catalog like any other."""
+    folder = work or out.absolute().with_name(f"{out.absolute().name}-orient")
+    if is_photo_folder(catalog):
+        from cityflow.workflow.orient_photographs import orient_photographs, photo_parameters
+        from cityflow.workflow.photo_placing import Placing
+
+        placing = Placing(control, marks, scale, local, crs)
+        asked = photo_parameters(settings or [])
+        orient_photographs(Path(catalog), out, folder, placing, asked, scheduler, workers, options.console)
+        if city:
+            from cityflow.flow.talk import Talk
+            from cityflow.workflow.demo import project_file
+            from cityflow.workflow.run import run_workflow
+
+            file = workflow or project_file(PHOTOS_CITY)
+            run_workflow(file, str(out), city, (), "", scheduler, workers, options.console, Talk.NORMAL)
+        return
     look_at_catalog(catalog)
+    if control or marks or scale or local or crs or city or workflow:
+        remedy = "leave it out, or name a folder of photographs"
+        raise CityflowError("this option is for photographs without poses", where=catalog, remedy=remedy)
     from cityflow.io.catalog.stac import read_catalog
     from cityflow.workflow.orient import orient_catalog, orient_parameters
 
     parameters = orient_parameters(settings or [])
     given = read_catalog(catalog, allow_outside=allow_outside)
-    folder = work or out.absolute().with_name(f"{out.absolute().name}-orient")
     orient_catalog(given, out, folder, parameters, scheduler, workers, options.console)

@@ -58,7 +58,11 @@ def synth(
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for the three runs")] = Path("runs/demo"),
     only: Annotated[
-        list[str] | None, typer.Option(metavar="CITY", help="flight, boruszyn or delft; repeatable; all by default")
+        list[str] | None,
+        typer.Option(
+            metavar="CITY",
+            help="flight, boruszyn, delft, or photographs (Boruszyn with no orientation given); repeatable; the first three by default",
+        ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the town of the synthetic flight")] = 12,
     scheduler: SchedulerOption = "",

@@ -1,4 +1,4 @@
-"""Features of images and matches of pairs as the files that tasks leave for one another."""
+"""Features of images, matches and geometries of pairs as the files that tasks leave for one another."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from cityflow.adjustment.features import Features
+from cityflow.adjustment.pair_geometry import PairGeometry
 from cityflow.core.arrays import IntArray
 
 
@@ -30,6 +31,26 @@ def encode_matches(matches: Mapping[str, IntArray]) -> bytes:
 def decode_matches(data: bytes) -> dict[str, IntArray]:
     """What `encode_matches` wrote."""
     return {name: pairs.astype(np.int64) for name, pairs in _unpacked(data).items()}
+
+
+def encode_geometries(pairs: Mapping[str, PairGeometry]) -> bytes:
+    """Name of the other image → what agrees; the same pairs give the same bytes."""
+    arrays: dict[str, np.ndarray] = {}
+    for name, pair in sorted(pairs.items()):
+        matrices = np.concatenate([pair.matrices.reshape(-1), pair.pose.reshape(-1), [float(pair.kind)]])
+        arrays |= {f"m {name}": pair.matches.astype(np.int32), f"g {name}": matrices}
+    return _packed(arrays)
+
+
+def decode_geometries(data: bytes) -> dict[str, PairGeometry]:
+    """What `encode_geometries` wrote."""
+    arrays, pairs = _unpacked(data), {}
+    for key in arrays:
+        if key.startswith("m "):
+            values = arrays[f"g {key[2:]}"]
+            matrices, pose = values[:27].reshape(3, 3, 3), values[27:39].reshape(3, 4)
+            pairs[key[2:]] = PairGeometry(arrays[key].astype(np.int64), int(values[39]), matrices, pose)
+    return pairs
 
 
 def _packed(arrays: Mapping[str, np.ndarray]) -> bytes:

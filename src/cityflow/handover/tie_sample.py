@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cityflow.adjustment.descriptor_matching import MatchingParameters
 from cityflow.adjustment.features import FeatureParameters, Features, find_features
-from cityflow.adjustment.guided_matching import MatchingParameters, guided_matches
+from cityflow.adjustment.guided_matching import guided_matches
 from cityflow.adjustment.pair_check import agreeing
 from cityflow.adjustment.relative_error import RelativeError, Systematic, combined, height_difference, parallax_of
 from cityflow.core.arrays import IntArray

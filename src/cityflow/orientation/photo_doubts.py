@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cityflow.core.arrays import FloatArray
+from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.photo_metadata import PhotoMetadata
 from cityflow.orientation.plausibility import SURVEY, Doubt
 
@@ -60,6 +60,15 @@ def usable_position(photo: PhotoMetadata) -> bool:
     return photo.position is not None and not _is_zero(photo)
 
 
+def usable_positions(photos: Sequence[PhotoMetadata]) -> frozenset[str]:
+    """Names of the photographs of one survey whose GNSS positions can be true: not 0, 0, not stuck, not far from all others."""
+    known = sorted((p for p in photos if usable_position(p)), key=lambda p: p.name)
+    stuck = {p.name for group in _stuck(known) for p in group}
+    moving = [p for p in known if p.name not in stuck]
+    far = _far(moving) if len(moving) >= 3 else np.zeros(len(moving), bool)
+    return frozenset(p.name for p, away in zip(moving, far, strict=True) if not away)
+
+
 def _is_zero(photo: PhotoMetadata) -> bool:
     p = photo.position
     return p is not None and abs(p.latitude) < NO_PLACE_DEG and abs(p.longitude) < NO_PLACE_DEG
@@ -81,15 +90,19 @@ def _degrees(photos: Sequence[PhotoMetadata]) -> FloatArray:
 
 
 def _constant(photos: Sequence[PhotoMetadata]) -> list[Doubt]:
-    """Positions that several photographs share, as a receiver that has stopped writes them."""
+    """Positions that several photographs share."""
+    remedy = "the receiver had stopped: they count as without a position"
+    return [_of_many(g, photos, "the GNSS position is the same in all of them", remedy) for g in _stuck(photos)]
+
+
+def _stuck(photos: Sequence[PhotoMetadata]) -> list[list[PhotoMetadata]]:
+    """Photographs that share a position, as a receiver that has stopped writes it."""
     groups: dict[tuple[int, int], list[PhotoMetadata]] = {}
     for photo, place in zip(photos, _degrees(photos), strict=True):
         groups.setdefault((round(place[0] / SAME_DEG), round(place[1] / SAME_DEG)), []).append(photo)
     # heads of one camera system fire together: as many photographs as there are cameras may stand in one place
     heads = len({p.camera_key for p in photos})
-    stuck = [g for g in groups.values() if len(g) > max(2, heads) and len({p.taken for p in g}) > 1]
-    remedy = "the receiver had stopped: they count as without a position"
-    return [_of_many(g, photos, "the GNSS position is the same in all of them", remedy) for g in stuck]
+    return [g for g in groups.values() if len(g) > max(2, heads) and len({p.taken for p in g}) > 1]
 
 
 def _away(photos: Sequence[PhotoMetadata]) -> list[Doubt]:
@@ -97,10 +110,7 @@ def _away(photos: Sequence[PhotoMetadata]) -> list[Doubt]:
     if len(photos) < 3:
         return []
     places = _degrees(photos)
-    middle = np.median(places, axis=0)
-    scale = np.array([1.0, np.cos(np.radians(middle[0]))]) * DEGREE_M
-    distance = np.linalg.norm((places - middle) * scale, axis=1)
-    limit = max(FAR_TIMES * float(np.median(distance)), FAR_M)
+    middle, scale, distance, limit = _around(places)
     doubts: list[Doubt] = []
     for photo, place, far in zip(photos, places, distance, strict=True):
         if far <= limit:
@@ -117,6 +127,20 @@ def _away(photos: Sequence[PhotoMetadata]) -> list[Doubt]:
             else (photo.name, reason, "leave it out, or it counts as without a position")
         )
     return doubts
+
+
+def _around(places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """The middle of (N, 2) places in degrees, metres a degree, (N,) distances from it, and what is too far, metres."""
+    middle = np.median(places, axis=0)
+    scale = np.array([1.0, np.cos(np.radians(middle[0]))]) * DEGREE_M
+    distance = np.linalg.norm((places - middle) * scale, axis=1)
+    return middle, scale, distance, max(FAR_TIMES * float(np.median(distance)), FAR_M)
+
+
+def _far(photos: Sequence[PhotoMetadata]) -> BoolArray:
+    """(N,) which positions are far from the others."""
+    _, _, distance, limit = _around(_degrees(photos))
+    return np.asarray(distance > limit)
 
 
 def _cameras(photos: Sequence[PhotoMetadata]) -> list[Doubt]:
@@ -145,7 +169,7 @@ def _pictures(photos: Sequence[PhotoMetadata]) -> list[Doubt]:
     turned = [p for p in photos if p.orientation != 1]
     rolling = [p for p in photos if p.shutter == "rolling"]
     blind = [p for p in photos if p.focal_px is None]
-    odd = [p for p in photos if _focal_gap(p) > MOST_FOCAL]
+    odd = [p for p in photos if focal_is_doubtful(p)]
     found = (
         (turned, "the orientation tag turns the picture", "image coordinates are those of the pixels as stored; remove the tag, or store the picture turned"),
         (rolling, "taken with a rolling shutter, which shifts rows against each other while the camera moves", "fly slowly, or use a mechanical shutter"),
@@ -153,6 +177,11 @@ def _pictures(photos: Sequence[PhotoMetadata]) -> list[Doubt]:
         (odd, "two focal lengths in the file contradict each other", "the focal length is estimated; give it if you know it"),
     )  # fmt: skip
     return [_of_many(some, photos, problem, remedy) for some, problem, remedy in found if some]
+
+
+def focal_is_doubtful(photo: PhotoMetadata) -> bool:
+    """Whether the focal lengths in the file contradict each other."""
+    return _focal_gap(photo) > MOST_FOCAL
 
 
 def _focal_gap(photo: PhotoMetadata) -> float:

@@ -18,6 +18,7 @@ from cityflow.runs.setting_text import read_tree, split_setting
 RUNS = "runs"
 DESCRIPTION = "run.json"
 COLLECTION = "collection.json"
+PHOTO_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", ".png", ".jp2")
 MOST_NAMED = 4
 
 
@@ -53,6 +54,14 @@ def look_at_settings(settings: Sequence[str], of: str = CITY) -> None:
         if keys is not None:
             refuse_unknown(value, keys, "--set")
             refuse_unfit_values(value, keys, "--set")
+
+
+def is_photo_folder(named: str) -> bool:
+    """Whether a local folder holds photographs, and no catalog."""
+    folder = Path(named)
+    if "://" in named or not folder.is_dir() or (folder / COLLECTION).exists():
+        return False
+    return any(p.suffix.lower() in PHOTO_SUFFIXES for p in folder.rglob("*"))
 
 
 def look_at_catalog(named: str) -> None:

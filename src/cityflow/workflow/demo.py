@@ -1,4 +1,4 @@
-"""``cityflow demo``: three cities: a synthetic flight, photographs of a village, a LiDAR survey."""
+"""``cityflow demo``: three cities: a synthetic flight, photographs of a village, a LiDAR survey; and the village again from its photographs alone."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ from cityflow.flow.talk import Talk
 from cityflow.reporting.view import CITY
 from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.flight_presets import preset
+from cityflow.workflow.orient_photographs import orient_photographs, photo_parameters
+from cityflow.workflow.photo_placing import Placing
 from cityflow.workflow.run import run_workflow
 from cityflow.workflow.serve import view_runs
 from cityflow.workflow.synth import make_survey
@@ -40,6 +42,7 @@ class City:
     name : of its run;  title : heading on the terminal
     workflow, catalog : as on the command line
     aoi : the part that is modelled; empty: all
+    photographs, control : folder of photographs without poses from which the catalog is made first, and its control points; empty: there is a catalog
     """
 
     name: str
@@ -47,6 +50,8 @@ class City:
     workflow: str
     catalog: str
     aoi: str = ""
+    photographs: str = ""
+    control: str = ""
 
 
 FLIGHT = City("flight", "A synthetic town, flown over with five cameras", "workflows/demo_flight.yaml", "")
@@ -58,6 +63,11 @@ CITIES = (
     ),
     City("delft", "Delft, from a LiDAR survey", "workflows/lidar_city.yaml", "catalogs/delft"),
 )  # fmt: skip
+PHOTOGRAPHS = City(
+    "photographs", "Barns of Boruszyn again, from the photographs alone", "workflows/demo_boruszyn.yaml", "", CITIES[1].aoi,
+    "catalogs/boruszyn/data", "catalogs/boruszyn/control.csv",
+)  # fmt: skip
+"""Made where it is asked for, as it shows the same place."""
 
 
 def flight_parameters(seed: int) -> SynthParameters:
@@ -74,7 +84,7 @@ def run_demo(
 
     Parameters
     ----------
-    only : names of the cities that are wanted; empty: all
+    only : names of the cities that are wanted; empty: `CITIES`
     view : whether they are served in the end; None: where somebody sits at a terminal
 
     Raises
@@ -91,6 +101,11 @@ def run_demo(
             console.rule(city.title)
             begun = time.monotonic()
             aoi = city.aoi
+            if city.photographs:
+                catalog = out / f"{city.name}_catalog"
+                placing = Placing(project_file(city.control))
+                photographs, work = project_file(city.photographs), out / f"{city.name}_orient"
+                orient_photographs(photographs, catalog, work, placing, photo_parameters([]), address, workers, console)
             if city is FLIGHT:
                 made = flight_parameters(seed)
                 catalog, aoi = out / SURVEY / "catalog", ",".join(f"{v:g}" for v in grown(made.area, AROUND_M))
@@ -128,14 +143,15 @@ def chosen_cities(names: Sequence[str]) -> tuple[City, ...]:
     WorkflowError
         There is no such city.
     """
-    unknown = sorted(set(names) - {c.name for c in CITIES})
+    every = (*CITIES, PHOTOGRAPHS)
+    unknown = sorted(set(names) - {c.name for c in every})
     if unknown:
         raise WorkflowError(
             f"no city '{unknown[0]}' in the demo",
             where="--only",
-            remedy=f"one of {', '.join(c.name for c in CITIES)}",
+            remedy=f"one of {', '.join(c.name for c in every)}",
         )
-    return tuple(c for c in CITIES if not names or c.name in names)
+    return tuple(c for c in every if c.name in names) if names else CITIES
 
 
 def project_file(path: str) -> Path:

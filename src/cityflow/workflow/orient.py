@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import shlex
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
@@ -26,6 +25,7 @@ from cityflow.flow.progress import watcher
 from cityflow.flow.progress_counts import Expected
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
+from cityflow.flow.task_source import Source
 from cityflow.handover.refined_block import RefinedPose, decode_poses
 from cityflow.io.catalog.stac import Catalog
 from cityflow.io.catalog.stac_assets import ImageAsset
@@ -33,10 +33,11 @@ from cityflow.io.tables.feature_ids import listing
 from cityflow.orientation.sights import looks_level
 from cityflow.orientation.views import View, footprint
 from cityflow.runs.settings import explain_invalid, parse_setting
-from cityflow.stages.orient import ADJUST, BLOCK, FEATURES, STAGES, TIES, OrientParameters, OrientSource
+from cityflow.stages.orient import ADJUST, BLOCK, FEATURES, TIES, OrientParameters, OrientSource
+from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS
 
 REPORT = "orientation.json"
-SECONDS = {FEATURES: 20.0, TIES: 5.0, ADJUST: 30.0}
+SECONDS = {FEATURES: 20.0, TIES: 5.0, ADJUST: 30.0, PAIRS: 10.0, MATCHES: 5.0, MAP: 60.0}
 """Of a task, before some are done."""
 FEWEST = 3
 """Images below which no block is adjusted."""
@@ -81,14 +82,15 @@ def orient_catalog(
     if len(flown) < FEWEST:
         problem = f"the catalog has {len(flown)} images from the air, {FEWEST} are needed"
         raise CatalogError(problem, where=given.href, remedy="make it with --images and an orientation")
-    _refuse_other_folder(work)
+    refuse_other_work(work)
     store, source = Store.open(str(work)), OrientSource(flown, parameters)
     store.check_writable()
     if not source.pairs:
         raise CatalogError("no two images see the same ground", where=given.href, remedy="cityflow catalog check")
-    _say(console, f"{len(flown)} images, {source.pairs} pairs of {len(flown) * (len(flown) - 1) // 2} are compared")
+    say(console, f"{len(flown)} images, {source.pairs} pairs of {len(flown) * (len(flown) - 1) // 2} are compared")
     with Ledger.open(store) as ledger:
-        _run(source, store, ledger, scheduler, workers)
+        counts = {FEATURES: len(source.partners), TIES: sum(map(bool, source.partners.values())), ADJUST: 1}
+        run_stages(source, counts, store, ledger, scheduler, workers)
         record = ledger.latest(ADJUST, BLOCK)
         if record is None or record.status is Status.FAILED:
             reason = record.reason if record is not None else "no ties"
@@ -101,8 +103,8 @@ def orient_catalog(
     report = {"summary": summary, "left_out": failed, "parameters": parameters.model_dump(mode="json")}
     (out / REPORT).write_text(json.dumps(report, indent=1, sort_keys=True) + "\n")
     for line in described(summary, failed):
-        _say(console, line)
-    _say(console, f"Catalog written to {out}. Next: cityflow run WORKFLOW --catalog {shlex.quote(str(out))}")
+        say(console, line)
+    say(console, f"Catalog written to {out}. Next: cityflow run WORKFLOW --catalog {shlex.quote(str(out))}")
     return made
 
 
@@ -132,11 +134,18 @@ def _with_pose(asset: ImageAsset, pose: RefinedPose) -> ImageAsset:
     return replace(asset, oriented=pose.image, bounds=bounds, pose_covariance=pose.covariance)
 
 
-def _run(source: OrientSource, store: Store, ledger: Ledger, scheduler: str, workers: int) -> None:
-    counts = Counter({FEATURES: len(source.partners), TIES: sum(map(bool, source.partners.values())), ADJUST: 1})
+def run_stages(
+    source: Source, counts: Mapping[str, int], store: Store, ledger: Ledger, scheduler: str, workers: int
+) -> None:
+    """Run all tasks of a source; what failed is tried again. Raises KeyboardInterrupt where somebody stopped it.
+
+    Parameters
+    ----------
+    counts : stage → tasks that are expected
+    """
     with connect(scheduler or None, workers or os.cpu_count() or 1) as client, closing(watcher()) as progress:
         progress.message(f"Dashboard: {client.dashboard_link}")
-        progress.expect({stage: Expected(counts[stage], SECONDS[stage]) for stage in STAGES}, threads_of(client))
+        progress.expect({s: Expected(n, SECONDS[s]) for s, n in counts.items()}, threads_of(client))
         if run_tasks(source, client, store, ledger, progress=progress, redo=_has_failed).interrupted:
             raise KeyboardInterrupt
 
@@ -150,12 +159,14 @@ def _failed(ledger: Ledger, unit: str) -> bool:
     return record is not None and record.status is Status.FAILED
 
 
-def _refuse_other_folder(work: Path) -> None:
+def refuse_other_work(work: Path) -> None:
+    """Raises RunError where the folder of features and records holds something else."""
     if work.exists() and not work.is_dir():
         raise RunError("this is no folder", where=str(work), remedy="name another one with --work")
     if work.is_dir() and any(work.iterdir()) and ((work / "run.json").exists() or not (work / "records").is_dir()):
         raise RunError("the folder holds something else", where=str(work), remedy="name another one with --work")
 
 
-def _say(console: Console, text: str) -> None:
+def say(console: Console, text: str) -> None:
+    """A line as it is, without markup."""
     console.print(text, markup=False, highlight=False, soft_wrap=True)

@@ -28,13 +28,16 @@ def wkt_of(text: str, where: str) -> str:
         ) from error
 
 
-def in_crs(points: ControlPoints, target: CRS | None, given: CRS | None = None) -> ControlPoints:
+def in_crs(
+    points: ControlPoints, target: CRS | None, given: CRS | None = None, what: str = "control points"
+) -> ControlPoints:
     """Points with their coordinates in the catalog's CRS.
 
     Parameters
     ----------
     target : the catalog's; None for a local frame, where coordinates stay as they are
     given : CRS of the points, where their file states none (or another is meant)
+    what : the points are, for notes and messages
 
     Raises
     ------
@@ -46,10 +49,10 @@ def in_crs(points: ControlPoints, target: CRS | None, given: CRS | None = None) 
     stated = CRS.from_wkt(points.crs_wkt) if points.crs_wkt is not None else None
     own = given if given is not None else stated
     if own is None:
-        note = f"control points state no CRS: taken as {target.name} → name their CRS if that is wrong"
-        return _inside(points.at(points.coordinates, target.to_wkt(), note), target)
+        note = f"{what} state no CRS: taken as {target.name} → name their CRS if that is wrong"
+        return _inside(points.at(points.coordinates, target.to_wkt(), note), target, what)
     if own.equals(target, ignore_axis_order=True):
-        return _inside(points, target)
+        return _inside(points, target, what)
     heights = _has_heights(own) and _has_heights(target)
     source, goal = (own, target) if heights else (_flat(own), _flat(target))
     with warnings.catch_warnings():
@@ -62,16 +65,16 @@ def in_crs(points: ControlPoints, target: CRS | None, given: CRS | None = None) 
     best, old = group.transformers[0], points.coordinates
     plan = old if heights else old[:, :2]
     new = np.column_stack([*best.transform(*plan.T), *([] if heights else [old[:, 2]])])
-    return _inside(points.at(new, target.to_wkt(), *_notes(own, target, heights, group)), target)
+    return _inside(points.at(new, target.to_wkt(), *_notes(own, target, heights, group, what)), target, what)
 
 
-def _inside(points: ControlPoints, target: CRS) -> ControlPoints:
+def _inside(points: ControlPoints, target: CRS, what: str) -> ControlPoints:
     """The points; raises CatalogError where some lie far outside of the area of their CRS."""
     far = _far_outside(points.coordinates, target)
     if far.any():
         names = ", ".join(p.name for p, out in zip(points.points, far, strict=True) if out)
         raise CatalogError(
-            f"control points {names} lie outside of {target.name}",
+            f"{what} {names} lie outside of {target.name}",
             remedy="check their CRS and the order of x and y (programs differ in writing latitude or longitude first)",
         )
     return points
@@ -95,13 +98,11 @@ def _far_outside(xyz: FloatArray, crs: CRS) -> BoolArray:
     return np.asarray(away | ~within)
 
 
-def _notes(own: CRS, target: CRS, heights: bool, group: TransformerGroup) -> tuple[str, ...]:
+def _notes(own: CRS, target: CRS, heights: bool, group: TransformerGroup, what: str) -> tuple[str, ...]:
     way = group.transformers[0].description
-    notes = [f"control points led from {own.name} to {target.name} ({way})"]
+    notes = [f"{what} led from {own.name} to {target.name} ({way})"]
     if not heights:
-        notes.append(
-            f"heights of control points are kept as they are ({_datum(own)}); the catalog's are {_datum(target)}"
-        )
+        notes.append(f"heights of {what} are kept as they are ({_datum(own)}); the catalog's are {_datum(target)}")
     elif "ballpark" in way.lower() or not group.best_available:
         missing = sorted({g.short_name for op in group.unavailable_operations for g in op.grids if not g.available})
         notes.append(

@@ -101,7 +101,12 @@ def check_against(header: ImageHeader, camera: Camera) -> None:
     CatalogError
         Another size than the camera's, or turned by EXIF.
     """
-    size, asked = (header.width, header.height), (camera.width, camera.height)
+    check_size(header, (camera.width, camera.height))
+
+
+def check_size(header: ImageHeader, asked: tuple[int, int]) -> None:
+    """As `check_against`, by width and height of the camera's images, pixels."""
+    size = header.width, header.height
     if header.orientation != UPRIGHT:
         raise CatalogError(
             f"rotated EXIF: the orientation tag is {header.orientation}, so viewers show the picture turned or mirrored",

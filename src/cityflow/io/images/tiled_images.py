@@ -14,11 +14,11 @@ from rasterio.windows import Window
 
 from cityflow.core.pixels import PixelArray, level_shape, reduced
 from cityflow.errors import CatalogError
-from cityflow.io.images.image_header import ImageHeader, check_against, image_header, open_dataset, opened
+from cityflow.io.images.image_header import ImageHeader, check_against, check_size, image_header, open_dataset, opened
 from cityflow.io.images.image_tiles import TilingParameters, tile_image
 
 __all__ = [
-    "ImageHeader", "TiledImage", "TilingParameters", "check_against", "image_header", "open_image", "tile_image",
+    "ImageHeader", "TiledImage", "TilingParameters", "check_against", "check_size", "image_header", "open_image", "tile_image",
 ]  # fmt: skip
 
 

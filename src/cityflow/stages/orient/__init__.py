@@ -12,8 +12,9 @@ import numpy as np
 from pydantic import Field
 
 from cityflow.adjustment.bundle import AdjustmentParameters
+from cityflow.adjustment.descriptor_matching import MatchingParameters
 from cityflow.adjustment.features import FeatureParameters, find_features
-from cityflow.adjustment.guided_matching import MatchingParameters, guided_matches
+from cityflow.adjustment.guided_matching import guided_matches
 from cityflow.adjustment.pair_check import agreeing
 from cityflow.adjustment.refinement import refined
 from cityflow.adjustment.tracks import tied
@@ -31,7 +32,7 @@ from cityflow.handover.tie_files import decode_features, decode_matches, encode_
 from cityflow.io.catalog.stac_assets import ImageAsset
 from cityflow.io.fetch import local_file
 from cityflow.io.images.image_tiles import tile_image
-from cityflow.io.images.tiled_images import check_against, image_header, open_image
+from cityflow.io.images.tiled_images import check_size, image_header, open_image
 from cityflow.orientation.tie_pairs import PairParameters, tie_pairs
 from cityflow.orientation.views import View
 
@@ -60,10 +61,10 @@ class OrientParameters(Parameters):
 
 @dataclass(frozen=True, slots=True)
 class FeatureInputs(TaskInputs):
-    """An image; `white`: the value that is shown as white."""
+    """An image; `size`: width and height in pixels that it must have; `white`: the value that is shown as white."""
 
     file: SourceFile
-    image: OrientedField
+    size: tuple[int, int]
     white: float
 
 
@@ -121,13 +122,14 @@ class OrientSource:
     def initial(self) -> Iterator[Task]:
         """Features of all images."""
         for asset in self.assets:
-            file = SourceFile(asset.href, asset.size, asset.checksum)
-            white = asset.white or float(np.iinfo(asset.dtype).max)
-            yield Task(
-                FEATURES, asset.name, "cityflow.stages.orient:run_features", VERSION,
-                parameters=as_json(self.parameters.features), inputs={"file": asset.checksum, "white": digest_of(white)},
-                arguments=as_json(FeatureInputs(file, asset.oriented, white)), limits=ONE_IMAGE,
-            )  # fmt: skip
+            camera = asset.oriented.camera
+            yield feature_task(
+                asset.name,
+                SourceFile(asset.href, asset.size, asset.checksum),
+                (camera.width, camera.height),
+                asset.white or float(np.iinfo(asset.dtype).max),
+                self.parameters.features,
+            )
 
     def after(self, task: Task, record: Record) -> Iterable[Task]:
         """Ties whose features are all there, and the block when all ties are."""
@@ -184,6 +186,17 @@ class OrientSource:
         return digest_of([features, to_json(asset.oriented), list(asset.heights)])
 
 
+def feature_task(
+    name: str, file: SourceFile, size: tuple[int, int], white: float, parameters: FeatureParameters
+) -> Task:
+    """The task of one image's points; `size` and `white` as in `FeatureInputs`."""
+    return Task(
+        FEATURES, name, "cityflow.stages.orient:run_features", VERSION,
+        parameters=as_json(parameters), inputs={"file": file.checksum, "white": digest_of(white)},
+        arguments=as_json(FeatureInputs(file, size, white)), limits=ONE_IMAGE,
+    )  # fmt: skip
+
+
 def run_features(workspace: Workspace, task: Task) -> Outcome:
     """Points of one image.
 
@@ -195,7 +208,7 @@ def run_features(workspace: Workspace, task: Task) -> Outcome:
     given = task.arguments_as(FeatureInputs)
     with local_file(given.file.href) as path, tempfile.TemporaryDirectory(prefix="cityflow-") as folder:
         given.file.refuse_other(path)
-        check_against(image_header(path), given.image.camera)
+        check_size(image_header(path), given.size)
         tiled = Path(folder) / "image.tif"
         tile_image(path, tiled)
         pixels = open_image(tiled)

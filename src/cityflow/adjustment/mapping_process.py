@@ -1,0 +1,146 @@
+"""The process that maps a database of COLMAP: ``python -m cityflow.adjustment.mapping_process DATABASE OUT METHOD CALIBRATION``.
+
+One thread and fixed seeds, as sums over several threads differ from run to run; a process of its own, as COLMAP ends its process where it finds a
+contradiction. Each model is adjusted once more, with more terms of distortion than the mapping has, and written beside the standard deviations of its
+focal lengths.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pycolmap
+
+SEED = 1
+GLOBAL, INCREMENTAL = "global", "incremental"
+RADIAL, FULL = "radial", "full"
+"""Calibration: focal length and two radial terms, or also principal point and decentring."""
+LEAST_IMAGES = 3
+"""Of a model."""
+CALIBRATED = "calibration.json"
+MOST_ERROR_PX, LEAST_ANGLE_DEG = 4.0, 1.5
+"""Observations further off, and points on flatter rays, are left out before the last adjustment (COLMAP's limits)."""
+OPEN_FOCAL = 0.01
+"""Share: a focal length that is less certain is left open by the scene, and held; set by hand."""
+
+
+def main(database: Path, out: Path, method: str, calibration: str) -> None:
+    """Map, adjust, and write each model to a folder of its own."""
+    # libraries count the cores that they may use
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+    import pycolmap
+
+    pycolmap.logging.minloglevel = pycolmap.logging.ERROR.value
+    pycolmap.set_random_seed(SEED)
+    (_global if method == GLOBAL else _incremental)(database, out)
+    start = pycolmap.Database.open(database)
+    given = {c.camera_id: (c.mean_focal_length(), c.has_prior_focal_length) for c in start.read_all_cameras()}
+    start.close()
+    for place in sorted(p for p in out.iterdir() if (p / "images.bin").exists()):
+        model = pycolmap.Reconstruction(place)
+        if model.num_reg_images() >= LEAST_IMAGES:
+            stated = calibrated(model, calibration, given)
+            model.write_binary(place)
+            (place / CALIBRATED).write_text(json.dumps(stated))
+
+
+def _global(database: Path, out: Path) -> None:
+    import pycolmap
+
+    view = pycolmap.ViewGraphCalibrationOptions()
+    view.random_seed = SEED
+    pycolmap.calibrate_view_graph(database, view)
+    options = pycolmap.GlobalPipelineOptions()
+    options.num_threads = options.mapper.num_threads = 1
+    options.random_seed = options.mapper.random_seed = SEED
+    options.min_model_size = LEAST_IMAGES
+    options.mapper.global_positioning.use_gpu = False
+    options.mapper.bundle_adjustment.ceres.use_gpu = False
+    options.mapper.bundle_adjustment.ceres.solver_options.num_threads = 1
+    pycolmap.global_mapping(database, out, out, options)
+
+
+def _incremental(database: Path, out: Path) -> None:
+    import pycolmap
+
+    options = pycolmap.IncrementalPipelineOptions()
+    options.num_threads = options.mapper.num_threads = 1
+    options.random_seed = SEED
+    options.min_model_size = LEAST_IMAGES
+    options.extract_colors = False
+    pycolmap.incremental_mapping(database, out, out, options)
+
+
+def calibrated(
+    model: pycolmap.Reconstruction, calibration: str, given: dict[int, tuple[float, bool]]
+) -> dict[str, dict[str, Any]]:
+    """Adjust poses, points and cameras; of each camera the standard deviation of its focal length (pixels) and whether it was held.
+
+    Parameters
+    ----------
+    given : of each camera its focal length as given, and whether that is more than a guess; held there where the scene leaves it open
+    """
+    import pycolmap
+
+    for camera in model.cameras.values():
+        f, cx, cy, k = camera.params
+        lens = [f, f, cx, cy, k, 0.0, 0.0, 0.0] if calibration == FULL else [f, cx, cy, k, 0.0]
+        camera.model = pycolmap.CameraModelId.OPENCV if calibration == FULL else pycolmap.CameraModelId.RADIAL
+        camera.params = lens
+    _adjusted(model, calibration == FULL, ())
+    pycolmap.ObservationManager(model).filter_all_points3D(MOST_ERROR_PX, LEAST_ANGLE_DEG)
+    sigmas = _adjusted(model, calibration == FULL, ())
+    used = sorted({model.images[i].camera_id for i in model.reg_image_ids()})
+    held = [n for n in used if (sigmas[n] or math.inf) > OPEN_FOCAL * model.cameras[n].mean_focal_length()]
+    if held:
+        for number in held:
+            focal, is_known = given[number]
+            params = list(model.cameras[number].params)
+            if is_known:
+                for k in model.cameras[number].focal_length_idxs():
+                    params[k] = focal
+            model.cameras[number].params = params
+        _adjusted(model, False, held)
+    model.update_point_3d_errors()
+    return {str(n): {"sigma_px": sigmas[n], "held": n in held} for n in used}
+
+
+def _adjusted(model: pycolmap.Reconstruction, principal: bool, held: Any) -> dict[int, float | None]:
+    """Adjust all; standard deviations of the focal lengths by camera, pixels."""
+    import pycolmap
+
+    options = pycolmap.BundleAdjustmentOptions()
+    options.print_summary = False
+    options.refine_principal_point = principal
+    options.ceres.loss_function_type = pycolmap.LossFunctionType.SOFT_L1
+    options.ceres.solver_options.num_threads = 1
+    config = pycolmap.BundleAdjustmentConfig()
+    for number in sorted(model.reg_image_ids()):
+        config.add_image(number)
+    for number in held:
+        config.set_constant_cam_intrinsics(number)
+    config.fix_gauge(pycolmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
+    adjuster = pycolmap.create_default_ceres_bundle_adjuster(options, config, model)
+    adjuster.solve()
+    wanted = pycolmap.BACovarianceOptions()
+    wanted.params = pycolmap.BACovarianceOptionsParams.ALL
+    covariance = pycolmap.estimate_ba_covariance(wanted, model, adjuster)
+    # covariances hold for coordinates that are exact to a pixel; errors in a plane have a mean of 1.25 standard deviations (Rayleigh)
+    model.update_point_3d_errors()
+    unit = model.compute_mean_reprojection_error() / (math.pi / 2) ** 0.5
+    sigmas: dict[int, float | None] = {}
+    for number, camera in sorted(model.cameras.items()):
+        own = covariance.get_other_params_cov(camera.params) if covariance is not None else None
+        sigmas[number] = unit * float(own[0, 0]) ** 0.5 if own is not None and own[0, 0] >= 0 else None
+    return sigmas
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], sys.argv[4])

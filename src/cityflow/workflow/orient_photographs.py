@@ -1,0 +1,258 @@
+"""``cityflow orient`` for photographs without poses: a catalog of those that hang together, placed by GNSS or control points."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+from rich.console import Console
+
+from cityflow.adjustment.mapping import MappedModel
+from cityflow.catalog.create import create_catalog
+from cityflow.catalog.image_files import ImageFiles
+from cityflow.catalog.orientation import ImageSource
+from cityflow.catalog.photographs import PhotoFolder, photo_folder
+from cityflow.catalog.write_folder import refuse_foreign_folder
+from cityflow.core.building import Status
+from cityflow.core.control_points import ControlPoints
+from cityflow.core.json_values import rounded
+from cityflow.core.parameters import merged
+from cityflow.core.reference import Reference
+from cityflow.errors import RunError, WorkflowError
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.store import Store
+from cityflow.flow.task import Record
+from cityflow.handover.mapped_models import decode_models
+from cityflow.handover.source_file import SourceFile
+from cityflow.io.catalog.stac import Catalog
+from cityflow.io.orientation.colmap import write_colmap
+from cityflow.io.tables.feature_ids import listing
+from cityflow.runs.settings import explain_invalid, parse_setting
+from cityflow.stages.orient import BLOCK, FEATURES
+from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS, Photo, PhotoCamera, PhotoParameters, PhotoSource
+from cityflow.workflow.catalog_reading import reading_files
+from cityflow.workflow.orient import REPORT, refuse_other_work, run_stages, say
+from cityflow.workflow.photo_placing import Placed, Placing, known_control, place, refuse_without_scale
+
+MODEL = "model"
+"""Folder of the placed COLMAP model in the work folder."""
+FEW_POINTS = 20
+"""An image that fewer tie points hold is weak; set by hand."""
+ODD_FOCAL = 0.03
+"""Share by which the calibrated focal length may differ from the stated one before it is told."""
+
+
+def photo_parameters(settings: Sequence[str]) -> PhotoParameters:
+    """The parameters from ``--set``. Raises WorkflowError where a key is unknown or a value does not fit."""
+    tree: dict[str, Any] = {}
+    for setting in settings:
+        tree = merged(tree, parse_setting(setting, PhotoParameters))
+    try:
+        return PhotoParameters.model_validate(tree)
+    except ValidationError as error:
+        problem = explain_invalid(error, PhotoParameters)
+        raise WorkflowError(problem, where="--set", remedy="docs/orient.md lists the keys") from None
+
+
+def orient_photographs(
+    folder: Path, out: Path, work: Path, placing: Placing, parameters: PhotoParameters, scheduler: str, workers: int, console: Console
+) -> Catalog:  # fmt: skip
+    """Orient the photographs of a folder, and make a catalog of those that hang together.
+
+    Parameters
+    ----------
+    out : folder of the new catalog;  work : folder of features, matches and records: what is there already is kept
+
+    Raises
+    ------
+    CatalogError, RunError
+        Nothing tells place and scale, no two photographs show the same, or the folders hold something else.
+    """
+    refuse_foreign_folder(out)
+    refuse_other_work(work)
+    control = known_control(placing)
+    with reading_files(scheduler, workers, console, kept_beside=out) as reading:
+        found = photo_folder(folder, reading)
+    for note in found.notes:
+        say(console, f"Note: {note}")
+    refuse_without_scale(placing, [f.metadata for f in found.files if f.has_place])
+    record, store = _mapped(found, work, parameters, scheduler, workers, console)
+    models = decode_models(store.read_bytes(next(iter(record.outputs))))
+    if not models:
+        remedy = "check that the photographs overlap, or compare more pairs with --set pairs.partners=30"
+        raise RunError(
+            "no photographs could be oriented: they show nothing in common", where=str(folder), remedy=remedy
+        )
+    model, names = models[0], [str(n) for n in record.result["photographs"]]
+    images = tuple(replace(i, name=names[k]) for i, k in zip(model.images, model.numbers, strict=True))
+    files = {f.name: f for f in found.files}
+    usable = {f.name: f.metadata for f in found.files if f.has_place}
+    kept = _sound(model)
+    put = place(images, model.xyz[kept], usable, placing, _of_these(control, found, folder))
+    origin = np.floor(np.median([i.centre for i in put.images], axis=0))
+    source = _write_model(work / MODEL, put, {n: f.relative for n, f in files.items()}, origin)
+    with reading_files(scheduler, workers, console, kept_beside=out) as reading:
+        made = create_catalog(
+            out, images=replace(source, folder=folder), crs=put.crs, title=out.absolute().name, reading=reading
+        )
+    left_out = _left_out(found, record.result, models, names)
+    report = _report(found, models, put, record.result, left_out)
+    (out / REPORT).write_text(json.dumps(report, indent=1, sort_keys=True) + "\n")
+    for note in made.notes:
+        say(console, f"Note: {note}")
+    for line in [*_lines(report), *put.lines]:
+        say(console, line)
+    say(
+        console,
+        f"Catalog written to {out}. Next: cityflow run workflows/photos_city.yaml --catalog {shlex.quote(str(out))}",
+    )
+    return made.catalog
+
+
+def _mapped(
+    found: PhotoFolder, work: Path, parameters: PhotoParameters, scheduler: str, workers: int, console: Console
+) -> tuple[Record, Store]:
+    photos = tuple(
+        Photo(f.name, SourceFile(str(Path(f.path).absolute()), f.size, f.checksum), f.camera, f.looks_at, f.white)
+        for f in found.files
+    )
+    sizes = {f.camera: (f.width, f.height) for f in found.files}
+    cameras = tuple(PhotoCamera(*sizes[k], focal, known) for k, (focal, known) in enumerate(found.focals))
+    store = Store.open(str(work))
+    store.check_writable()
+    source = PhotoSource(photos, cameras, parameters, store.read_bytes)
+    say(console, f"{len(photos)} photographs, {len(cameras)} cameras as their files tell them apart")
+    with Ledger.open(store) as ledger:
+        counts = {FEATURES: len(photos), PAIRS: 1, MATCHES: len(photos), MAP: 1}
+        run_stages(source, counts, store, ledger, scheduler, workers)
+        for stage in (MAP, PAIRS):
+            record = ledger.latest(stage, BLOCK)
+            if record is not None and record.status is Status.FAILED:
+                raise RunError(
+                    f"the photographs could not be mapped: {record.reason}",
+                    where=str(work),
+                    remedy="see docs/orient.md",
+                )
+        if record is None or (last := ledger.latest(MAP, BLOCK)) is None:
+            raise RunError("no photographs can be used", where=str(work), remedy="check the files")
+        failed = [
+            (u, r.reason)
+            for u in ledger.units(FEATURES)
+            if (r := ledger.latest(FEATURES, u)) and r.status is Status.FAILED
+        ]
+    for unit, reason in failed:
+        if unit in {p.name for p in photos}:
+            say(console, f"Left out: {unit}: {reason}")
+    return last, store
+
+
+def _of_these(
+    control: tuple[ControlPoints, Reference] | None, found: PhotoFolder, folder: Path
+) -> tuple[ControlPoints, Reference] | None:
+    """Control points whose marks name images as the tasks do."""
+    if control is None:
+        return None
+    there, name_of = ImageFiles.of(folder), {f.path: f.name for f in found.files}
+    points, reference = control
+    renamed = []
+    for point in points.points:
+        marks = [replace(m, image=name_of.get(str(there.of_name(m.image)), m.image)) for m in point.marks]
+        renamed.append(replace(point, marks=tuple(sorted(marks, key=lambda m: m.image))))
+    return replace(points, points=tuple(renamed)), reference
+
+
+def _sound(model: MappedModel) -> Any:
+    """(P,) which tie points three images show, and where they show them."""
+    return (model.lengths >= 3) & (model.errors_px < 2.0)
+
+
+def _write_model(folder: Path, put: Placed, relative: dict[str, str], origin: Any) -> ImageSource:
+    images = [replace(i, name=relative[i.name]) for i in put.images]
+    at = (float(origin[0]), float(origin[1]), 0.0)
+    write_colmap(folder, images, put.xyz, at)
+    return ImageSource(folder, {"colmap": folder}, origin=at)
+
+
+def _left_out(found: PhotoFolder, result: Any, models: Sequence[MappedModel], names: Sequence[str]) -> dict[str, str]:
+    """Photographs that are not oriented → why."""
+    why = {each.name: each.problem for each in found.left_out}
+    doubles = {name: f"the same picture as {of}" for name, of in result["doubles"]}
+    oriented = {k for m in models for k in m.numbers}
+    for k, name in enumerate(names):
+        if k in oriented:
+            continue
+        points, pairs = result["points"][k], result["pairs_of"][k]
+        why[name] = doubles.get(name) or (
+            f"{points} points found: blurred, dark or without texture" if points < 100
+            else "shows nothing that another photograph shows" if not pairs
+            else f"too little ties it to the others ({pairs} pairs)"
+        )  # fmt: skip
+    why |= {f.name: "its points could not be found" for f in found.files if f.name not in names}
+    for number, model in enumerate(models[1:], 2):
+        for k in model.numbers:
+            if k not in models[0].numbers:
+                why[names[k]] = f"belongs to model {number}, which shows nothing that the largest one shows"
+    return why
+
+
+def _report(
+    found: PhotoFolder, models: Sequence[MappedModel], put: Placed, result: Any, left_out: dict[str, str]
+) -> dict[str, Any]:
+    model = models[0]
+    camera_of = {f.name: f.camera for f in found.files}
+    cameras = {camera_of[i.name]: i.camera for i in put.images}
+    return {
+        "oriented": len(put.images), "photographs": len(found.files) + len(found.left_out), "left_out": left_out,
+        "models": [len(m.images) for m in models], "method": result["method"], "verified_pairs": result["verified_pairs"],
+        "tie_points": len(model.xyz), "mean_track_length": rounded(float(model.lengths.mean()), 2),
+        "reprojection_px": rounded(model.reprojection_px, 4),
+        "weak": [i.name for i, n in zip(put.images, model.observations, strict=True) if n < FEW_POINTS],
+        "cameras": [
+            {
+                "images": sum(camera_of[i.name] == k for i in put.images), "focal_px": rounded(c.fx, 3), "principal_px": [c.cx, c.cy],
+                "distortion": list(c.distortion), "stated_focal_px": rounded(found.focals[k][0], 3) if found.focals[k][1] else None,
+                "focal_sigma_px": rounded(sigma, 3) if (sigma := model.focal_sigmas.get(k)) is not None else None,
+            }
+            for k, c in sorted(cameras.items())
+        ],
+        "placing": dict(put.figures),
+    }  # fmt: skip
+
+
+def _lines(report: dict[str, Any]) -> list[str]:
+    """What was found, for people."""
+    lines = [
+        f"{report['oriented']} of {report['photographs']} photographs oriented ({report['method']} mapping, {report['verified_pairs']} pairs): "
+        f"{report['tie_points']} tie points in {report['mean_track_length']:.1f} images each, mean reprojection error {report['reprojection_px']:.2f} px"
+    ]
+    for number, camera in enumerate(report["cameras"], 1):
+        stated = camera["stated_focal_px"]
+        odd = stated is not None and abs(camera["focal_px"] / stated - 1) > ODD_FOCAL
+        against = f"; the files say {stated:.0f} px, which the pictures contradict" if odd else ""
+        sigma = camera["focal_sigma_px"]
+        exact = (
+            f" ± {sigma:.1f}"
+            if sigma is not None
+            else ", which the scene leaves open (too flat, or too few images): held"
+        )
+        lines.append(
+            f"Camera {number}: {camera['images']} images, focal length {camera['focal_px']:.1f} px{exact}{against}"
+        )
+    if len(report["models"]) > 1:
+        lines.append(
+            f"{len(report['models'])} models that show nothing in common ({', '.join(map(str, report['models']))} images): "
+            "flights that do not overlap? The largest is used"
+        )
+    if report["weak"]:
+        lines.append(f"Weak: {listing(report['weak'])}: few tie points hold them")
+    groups: dict[str, list[str]] = {}
+    for name, reason in sorted(report["left_out"].items()):
+        groups.setdefault(reason, []).append(name)
+    lines += [f"Left out: {listing(names)}: {reason}" for reason, names in groups.items()]
+    return lines

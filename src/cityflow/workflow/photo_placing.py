@@ -1,0 +1,271 @@
+"""From the frame of a mapping to the CRS of a catalog: by control points, else by GNSS positions, else by what the user says of the scale."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pyproj import CRS
+
+from cityflow.adjustment.placing import control_fit, is_line, levelled, placed, robust_fit, seen_places
+from cityflow.core.arrays import FloatArray
+from cityflow.core.camera import OrientedImage
+from cityflow.core.control_points import ControlPoint, ControlPoints, Role
+from cityflow.core.json_values import rounded
+from cityflow.core.photo_metadata import HeightKind, PhotoMetadata
+from cityflow.core.reference import Reference
+from cityflow.errors import CatalogError
+from cityflow.geometry.similarity import Similarity
+from cityflow.io.control_points.read_points import read_control_points
+from cityflow.io.control_points.references import in_crs
+from cityflow.io.crs import crs_of, reference_of, resolve
+from cityflow.io.tables.feature_ids import listing
+
+LOCAL_HEIGHT_M = 100.0
+"""Median height over the ground in a local frame of unknown scale."""
+FEWEST = 3
+"""Points that determine a similarity."""
+LEAST_PX = 3.0
+"""Control points whose residuals are below this contradict nobody, in pixels on the ground; set by hand."""
+GNSS_M = 2.0
+"""Error of a plain receiver (one standard deviation in plan): positions nearer to where the model has them stay."""
+GNSS = "GNSS positions"
+ELLIPSOIDAL, SEA_LEVEL = "EPSG:4979", "EPSG:4326+5773"
+REMEDY = (
+    "give control points (--control FILE), the height over the ground at which they were taken (--scale METRES), or "
+    "--local for a frame of unknown scale"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Placing:
+    """What the user gives for place and scale.
+
+    Attributes
+    ----------
+    control, marks : files of control points, and of their marks where these stand apart
+    scale_m : median height of the images over the ground; None: not given
+    local : a frame of unknown scale will do
+    crs : of the catalog, as on the command line; empty: that of the control points, or UTM for GNSS positions
+    """
+
+    control: Path | None = None
+    marks: Path | None = None
+    scale_m: float | None = None
+    local: bool = False
+    crs: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A model in its CRS: images, (P, 3) tie points, the CRS's code, figures for the report, lines for the user."""
+
+    images: tuple[OrientedImage, ...]
+    xyz: FloatArray
+    crs: str
+    figures: Mapping[str, Any]
+    lines: tuple[str, ...] = field(default=())
+
+
+def known_control(placing: Placing) -> tuple[ControlPoints, Reference] | None:
+    """Control points in the catalog's CRS, and that.
+
+    Raises
+    ------
+    CatalogError
+        They cannot be read or led there, or nobody says their CRS.
+    """
+    if placing.control is None:
+        return None
+    given = read_control_points(placing.control, placing.marks)
+    if placing.crs:
+        reference = resolve(placing.crs)
+    elif given.crs_wkt is not None:
+        reference = reference_of(CRS.from_wkt(given.crs_wkt))
+    else:
+        remedy = "name it with --crs EPSG:n, or --crs local for metres of their own"
+        raise CatalogError("the control points state no CRS", where=str(placing.control), remedy=remedy)
+    return in_crs(given, crs_of(reference)), reference
+
+
+def refuse_without_scale(placing: Placing, photos: Sequence[PhotoMetadata]) -> None:
+    """Raises CatalogError where nothing will tell place and scale, before anything is computed.
+
+    Parameters
+    ----------
+    photos : those whose GNSS positions can be true
+    """
+    if placing.control is not None or placing.scale_m is not None or placing.local:
+        return
+    heights = [p for p in photos if p.position is not None and p.position.height_m is not None]
+    if len(heights) < FEWEST:
+        what = "no GNSS positions" if not photos else f"only {len(heights)} usable GNSS positions with heights"
+        raise CatalogError(f"the photographs have {what}: place and scale are unknown", remedy=REMEDY)
+
+
+def place(
+    images: Sequence[OrientedImage],
+    xyz: FloatArray,
+    photos: Mapping[str, PhotoMetadata],
+    placing: Placing,
+    control: tuple[ControlPoints, Reference] | None,
+) -> Placed:
+    """Lead a mapped model to its CRS.
+
+    Parameters
+    ----------
+    images, xyz : of the model;  photos : by the images' names, those whose GNSS positions can be true
+    control : as `known_control` has it; marks by the images' names
+
+    Raises
+    ------
+    CatalogError
+        Too few control points or positions, or they lie on a line.
+    """
+    if control is not None:
+        return _by_control(images, xyz, *control)
+    if placing.scale_m is not None or placing.local:
+        height = placing.scale_m or LOCAL_HEIGHT_M
+        known = (
+            f"scale by {height:g} m over the ground"
+            if placing.scale_m
+            else "of unknown scale: 100 m over the ground are assumed"
+        )
+        line = f"Local frame {known}; level at the ground, in no CRS"
+        figures = {"by": "scale" if placing.scale_m else "local", "height_m": height}
+        return _moved(images, xyz, levelled(images, xyz, height), "local", figures, (line,))
+    return _by_gnss(images, xyz, photos, placing.crs)
+
+
+def _moved(
+    images: Sequence[OrientedImage], xyz: FloatArray, by: Similarity, crs: str, figures: Mapping[str, Any], lines: tuple[str, ...]
+) -> Placed:  # fmt: skip
+    return Placed(placed(images, by), by.moved(xyz), crs, figures, lines)
+
+
+def _by_control(
+    images: Sequence[OrientedImage], xyz: FloatArray, control: ControlPoints, reference: Reference
+) -> Placed:
+    places = seen_places(images, control.points)
+    seen = [k for k, p in enumerate(places) if np.isfinite(p).all()]
+    held = [k for k in seen if control.points[k].role is Role.CONTROL]
+    unseen = [p.name for k, p in enumerate(control.points) if k not in seen]
+    if len(held) < FEWEST:
+        problem = f"{len(held)} control points are marked in two oriented images or more, {FEWEST} are needed"
+        raise CatalogError(
+            problem, where="--control", remedy=f"mark more of them ({listing(unseen) or 'none is left'})"
+        )
+    points = [control.points[k] for k in held]
+    try:
+        first = robust_fit(places[held], control.coordinates[held], 0.0)
+        pixel = first.similarity.scale * _pixel(images, xyz)
+        sigma = max((max(p.sigmas_m) for p in points if p.sigmas_m is not None), default=0.0)
+        found = control_fit(places[held], points, max(LEAST_PX * pixel, LEAST_PX * sigma))
+    except ValueError as error:
+        raise CatalogError(
+            f"control points: {error}", where="--control", remedy="give points that span the area"
+        ) from error
+    by = found.fit.similarity
+    left = by.moved(places) - control.coordinates
+    used = {points[k].name for k in np.flatnonzero(found.fit.used)}
+    rows = [_row(control.points[k], left[k], control.points[k].name in used) for k in seen]
+    checks = np.array([left[k] for k in seen if control.points[k].role is Role.CHECK]).reshape(-1, 3)
+    figures = {
+        "by": "control points", "points": rows, "not_seen": unseen, "exchanged": list(found.exchanged or ()),
+        "contradicting": list(found.wrong), "control_rms_m": rounded(found.fit.rms, 4),
+        "check_rms_m": [rounded(float(v), 4) for v in np.sqrt(np.mean(checks**2, axis=0))] if len(checks) else None,
+        "pixel_m": rounded(pixel, 4),
+    }  # fmt: skip
+    lines = [
+        *control.notes,
+        f"Placed by {len(used)} control points: residuals {found.fit.rms:.3f} m per axis ({pixel:.3f} m a pixel)",
+    ]
+    if len(checks):
+        x, y, z = np.sqrt(np.mean(checks**2, axis=0))
+        lines.append(
+            f"{len(checks)} check points: {np.hypot(x, y):.3f} m in plan, {z:.3f} m in height (root mean square)"
+        )
+    if found.exchanged:
+        lines.append(
+            f"Control points {' and '.join(found.exchanged)} are exchanged: each fits the other's coordinates; neither is used → correct them"
+        )
+    if found.wrong:
+        lines.append(
+            f"Control points that contradict the others are not used: {listing(found.wrong)} → check their coordinates and marks"
+        )
+    if unseen:
+        lines.append(f"Points that fewer than two oriented images show are not used: {listing(unseen)}")
+    return _moved(images, xyz, by, reference.code, figures, tuple(lines))
+
+
+def _row(point: ControlPoint, left: FloatArray, used: bool) -> dict[str, Any]:
+    return {
+        "name": point.name,
+        "role": str(point.role),
+        "used": used,
+        "residual_m": [rounded(float(v), 4) for v in left],
+    }
+
+
+def _pixel(images: Sequence[OrientedImage], xyz: FloatArray) -> float:
+    """What a pixel measures on the ground, in the frame of the images, in the median."""
+    middle = np.median(xyz, axis=0)
+    return float(np.median([np.linalg.norm(i.centre - middle) / np.sqrt(i.camera.fx * i.camera.fy) for i in images]))
+
+
+def _by_gnss(images: Sequence[OrientedImage], xyz: FloatArray, photos: Mapping[str, PhotoMetadata], crs: str) -> Placed:
+    known = [i for i in images if i.name in photos and (p := photos[i.name].position) and p.height_m is not None]
+    centres = np.array([i.centre for i in known]).reshape(-1, 3)
+    if len(known) < FEWEST or is_line(centres):
+        problem = (
+            "the images lie on one line, which leaves the rotation about it open"
+            if len(known) >= FEWEST
+            else f"{len(known)} oriented images have a usable GNSS position"
+        )
+        raise CatalogError(problem, where=GNSS, remedy=REMEDY)
+    metadata = [photos[i.name] for i in known]
+    reference = resolve(crs or utm(metadata))
+    given = _gnss_points(metadata)
+    target = in_crs(given, crs_of(reference), what=GNSS)
+    fit = robust_fit(centres, target.coordinates, 3.0 * _gnss_sigma(metadata))
+    away = np.linalg.norm(fit.residuals, axis=1)
+    far = [i.name for i, used in zip(known, fit.used, strict=True) if not used]
+    plan, up = (float(np.sqrt(np.mean(fit.residuals[fit.used][:, axes] ** 2))) for axes in ([0, 1], [2]))
+    figures = {
+        "by": GNSS, "positions": len(known), "used": int(fit.used.sum()), "plan_rms_m": rounded(plan, 3), "height_rms_m": rounded(up, 3),
+        "left_out": {n: rounded(float(a), 2) for n, a, u in zip([i.name for i in known], away, fit.used, strict=True) if not u},
+    }  # fmt: skip
+    kinds = sorted({p.position.height_kind for p in metadata if p.position is not None})
+    lines = [
+        *target.notes,
+        f"Placed by {int(fit.used.sum())} {GNSS} in {reference.code}: they differ by {plan:.2f} m per axis in plan and {up:.2f} m in height; "
+        f"heights count from: {', '.join('unknown (taken as mean sea level, EGM96)' if k is HeightKind.UNKNOWN else k for k in kinds)}",
+    ]
+    if far:
+        lines.append(f"{GNSS} that contradict the others are not used: {listing(far)}")
+    return _moved(images, xyz, fit.similarity, reference.code, figures, tuple(lines))
+
+
+def utm(photos: Sequence[PhotoMetadata]) -> str:
+    """Code of the UTM zone (WGS 84) in which most of the photographs lie."""
+    places = [(p.position.latitude, p.position.longitude) for p in photos if p.position is not None]
+    latitude, longitude = np.median(places, axis=0)
+    return f"EPSG:{(32600 if latitude >= 0 else 32700) + int((longitude + 180) // 6) % 60 + 1}"
+
+
+def _gnss_points(photos: Sequence[PhotoMetadata]) -> ControlPoints:
+    places = [p.position for p in photos if p.position is not None]
+    ellipsoidal = sum(p.height_kind is HeightKind.ELLIPSOID for p in places) > len(places) / 2
+    points = tuple(
+        ControlPoint(photo.name, np.array([p.longitude, p.latitude, p.height_m]))
+        for photo, p in zip(photos, places, strict=True)
+    )
+    return ControlPoints(points, CRS.from_user_input(ELLIPSOIDAL if ellipsoidal else SEA_LEVEL).to_wkt())
+
+
+def _gnss_sigma(photos: Sequence[PhotoMetadata]) -> float:
+    stated = [max(p.position.sigmas_m) for p in photos if p.position is not None and p.position.sigmas_m is not None]
+    return max(stated) if len(stated) == len(photos) else GNSS_M
