@@ -6,13 +6,16 @@ import gc
 import os
 import signal
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import hypothesis
 import pytest
 
 from missing_tools import missing_tools
 from shared_processes import Scheduling, turn
+
+if TYPE_CHECKING:
+    from browser.painted_run import Made
 
 # What schedulers and workers do while they wait: 5 % of a core for each pair, and some pairs live as long as the tests
 os.environ |= {
@@ -32,6 +35,24 @@ gc.set_threshold(20_000)
 # a shell that starts the tests in the background has Ctrl-C ignored in all its children
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="session")
+def painted_town(tmp_path_factory: pytest.TempPathFactory) -> Made:
+    """A finished run of the painted town, without a page and a report; read only."""
+    from browser import painted_run  # whoever wants no town loads nothing for one
+
+    folder = tmp_path_factory.mktemp("painted_town")
+    wanted = painted_run.prepare(painted_run.write_catalog(folder), folder / "run")
+    return wanted, painted_run.make_run(wanted)
+
+
+@pytest.fixture(scope="module")
+def painted_copy(painted_town: Made, tmp_path_factory: pytest.TempPathFactory) -> Made:
+    """A copy of it that the tests of a module may change."""
+    from browser import painted_run
+
+    return painted_run.copied(painted_town, tmp_path_factory.mktemp("painted") / "run")
 
 
 def pytest_collection_finish() -> None:

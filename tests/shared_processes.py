@@ -36,7 +36,7 @@ TOGETHER = {
         "flow/test_deploy.py",
         "flow/test_store_outage.py",
     ),
-    "a browser": ("browser",),
+    "a browser and the painted town": ("browser", "reporting/test_report_pages.py", "reporting/test_view.py"),
     "windows": ("windows",),
     "made surfaces": ("surface/test_dtm.py", "surface/test_tile_surface.py"),
 }

@@ -16,6 +16,7 @@ from cityflow.reporting import view_units
 from cityflow.viewer.cities_page import cities_page
 from cityflow.viewer.server import Served, server_for
 from cityflow.workflow.serve import reader
+from small_pictures import draw_small
 
 NO_BROWSER = "no Chromium here (Debian: apt-get install chromium; elsewhere name it in the variable CHROMIUM)"
 SOUTH = "-20,-86,92,-20,4,3"
@@ -24,16 +25,16 @@ READY = "window.cityflowView?.isReady && !window.cityflowView.isBusy"
 
 
 @pytest.fixture(scope="session")
-def painted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def painted(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run with its page."""
     if chromium.executable() is None:
         pytest.skip(NO_BROWSER)
-    folder = tmp_path_factory.mktemp("painted")
-    wanted = painted_run.prepare(painted_run.write_catalog(folder), folder / "run")
+    folder = tmp_path_factory.mktemp("painted") / "run"
     with pytest.MonkeyPatch.context() as patch:
+        draw_small(patch)
         patch.setattr(view_units, "IDS_AT_ONCE", 2)  # a search goes over several parts
-        painted_run.write_view(wanted, painted_run.make_run(wanted))
-    return folder / "run"
+        painted_run.write_view(*painted_run.copied(request.getfixturevalue("painted_town"), folder))
+    return folder
 
 
 @contextmanager

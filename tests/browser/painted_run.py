@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections import defaultdict
 from pathlib import Path
 
@@ -45,6 +46,9 @@ TOPS = {FLAT: 12.0, GABLE: 13.0, DOUBLE: 11.0}
 """Heights of the ridges; the western half of the double house is 3 m higher."""
 WORKFLOW = Path(__file__).parents[2] / "workflows" / "lidar_city.yaml"
 NOISE_M = 0.02
+
+Made = tuple[Prepared, CurrentRecords]
+"""A run and its records."""
 
 
 def roof_heights(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -96,6 +100,13 @@ def make_run(wanted: Prepared) -> CurrentRecords:
         found[record.stage].append(record)
         write_record(wanted.store, record)
     return CurrentRecords({stage: sorted(found[stage], key=lambda r: r.unit) for stage in sorted(found)})
+
+
+def copied(made: Made, folder: Path) -> Made:
+    """The same run in another folder."""
+    run, records = made
+    shutil.copytree(run.store.root, folder)
+    return Prepared(run.workflow, run.catalog, run.area, Store.open(folder)), records
 
 
 def write_view(wanted: Prepared, records: CurrentRecords) -> None:

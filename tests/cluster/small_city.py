@@ -29,12 +29,11 @@ from cityflow.core.parameters import merged
 from cityflow.core.points import PointCloud
 from cityflow.flow.store import Store
 from cityflow.io.points.las_write import write_points
-from cityflow.reporting import model_pictures, outline_pictures, raster_pictures, unit_pages
 from cityflow.synthetic.town import TownParameters
 from cityflow.synthetic.town_lidar import TownLidarParameters
-from cityflow.viewer import side_view
 from flow.conftest import free_port
 from scenes.scanned_town import ScannedTown, scanned_town
+from small_pictures import draw_small
 
 SEED = 151
 CRS_CODE = "EPSG:7415"
@@ -67,12 +66,6 @@ S3 = {
     "AWS_DEFAULT_REGION": "us-east-1",
 }
 """Workers inherit it, so that they reach an object store that a test starts later."""
-
-SMALL_PICTURES = (
-    (side_view, "WIDTH", 152), (side_view, "HEIGHT", 96), (model_pictures, "MOST_PIXELS", 240),
-    (outline_pictures, "MOST_PIXELS", 240), (raster_pictures, "FRAME_PIXELS", 140), (unit_pages, "CANDIDATE_PX", 60),
-)  # fmt: skip
-"""A report is written at the end of each of a hundred commands, and takes half of their time; those of Delft have pictures of the usual size."""
 
 Named = tuple[str, shapely.Geometry | None]
 """An outline with its id."""
@@ -189,8 +182,8 @@ class Commands:
         with pytest.MonkeyPatch.context() as patch, redirect_stdout(out_text), redirect_stderr(err_text):
             patch.setattr(sys, "argv", ["cityflow", *words])
             patch.setattr(options, "console", Console(width=240, file=out_text))
-            for module, name, pixels in SMALL_PICTURES if self.has_small_pictures else ():
-                patch.setattr(module, name, pixels)
+            if self.has_small_pictures:
+                draw_small(patch)
             with pytest.raises(SystemExit) as ended:
                 cli.main()
         out, err = out_text.getvalue(), err_text.getvalue()

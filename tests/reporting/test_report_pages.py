@@ -10,20 +10,20 @@ from lxml import html
 
 from browser import painted_run as town
 from cityflow.core.building import Status
-from cityflow.reporting.run_report import write_report_files
+from cityflow.reporting.run_report import with_settings, write_report_files
 from cityflow.reporting.unit_pages import page_path
 from cityflow.runs.current import CurrentRecords
 from cityflow.runs.prepare import Prepared
+from small_pictures import small_pictures  # noqa: F401  # for every test here
 
-Made = tuple[Prepared, CurrentRecords]
 TRACEBACK = "Traceback (most recent call last):\nValueError: no plane in 3 points"
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
-    folder = tmp_path_factory.mktemp("town")
-    wanted = town.prepare(town.write_catalog(folder), folder / "run", "report.pages.listed=0")
-    return wanted, town.make_run(wanted)
+def made(painted_copy: town.Made) -> town.Made:
+    """No page for a listed building."""
+    run, records = painted_copy
+    return with_settings(run, ["report.pages.listed=0"]), records
 
 
 def page_of(run: Prepared, path: str) -> html.HtmlElement:
@@ -40,7 +40,7 @@ def commands(page: html.HtmlElement) -> list[str]:
     return [c.text_content() for c in page.xpath("//div[@class='command']/code")]
 
 
-def test_a_failed_building_has_a_page_with_crop_reason_and_command(made: Made) -> None:
+def test_a_failed_building_has_a_page_with_crop_reason_and_command(made: town.Made) -> None:
     run, records = made
     data = write_report_files(run, records, "runs/town")
     page = page_of(run, page_path(town.GHOST))
@@ -54,7 +54,7 @@ def test_a_failed_building_has_a_page_with_crop_reason_and_command(made: Made) -
     assert (Path(run.store.root) / "report/ghost.html").is_file()
 
 
-def test_traceback_and_candidates_of_what_failed_late(made: Made) -> None:
+def test_traceback_and_candidates_of_what_failed_late(made: town.Made) -> None:
     run, records = made
     late = with_record(
         records, town.GABLE, status=Status.FAILED, reason="ValueError: no plane in 3 points", traceback=TRACEBACK
@@ -67,7 +67,7 @@ def test_traceback_and_candidates_of_what_failed_late(made: Made) -> None:
     assert commands(page)[0] == f"cityflow rerun {run.store.root} --unit 'gable blue'"
 
 
-def test_the_page_goes_when_the_building_is_mended(made: Made) -> None:
+def test_the_page_goes_when_the_building_is_mended(made: town.Made) -> None:
     run, records = made
     write_report_files(run, records)
     assert run.store.exists(page_path(town.GHOST))
@@ -75,7 +75,7 @@ def test_the_page_goes_when_the_building_is_mended(made: Made) -> None:
     assert not run.store.exists(page_path(town.GHOST))
 
 
-def test_an_unfinished_run_shows_what_there_is_and_what_waits(made: Made) -> None:
+def test_an_unfinished_run_shows_what_there_is_and_what_waits(made: town.Made) -> None:
     run, records = made
     kept = [r for r in records.of("reconstruct") if r.unit != town.FLAT]
     data = write_report_files(

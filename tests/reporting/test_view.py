@@ -30,17 +30,15 @@ from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import describe_run
 from cityflow.viewer.report_rows import UnitRow
 from cityflow.workflow.serve import bring_up_to_date, reader
+from small_pictures import small_pictures  # noqa: F401  # for every test here
 
 BOUNDS = (80000.0, 440000.0, 90000.0, 450000.0)
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Prepared, CurrentRecords]:
-    folder = tmp_path_factory.mktemp("town")
-    wanted = town.prepare(town.write_catalog(folder), folder / "run")
-    records = town.make_run(wanted)
-    town.write_view(wanted, records)
-    return wanted, records
+def made(painted_copy: town.Made) -> town.Made:
+    town.write_view(*painted_copy)
+    return painted_copy
 
 
 def _tree(run: Prepared, name: str) -> Any:
@@ -68,7 +66,7 @@ def test_positions_come_back_from_the_frame_of_the_page(code: str) -> None:
     assert abs(np.median(u - world[:, 2])) < 5.0, "heights are the survey's but for the earth's curvature"
 
 
-def test_the_index_has_every_building_at_its_place(made: tuple[Prepared, CurrentRecords]) -> None:
+def test_the_index_has_every_building_at_its_place(made: town.Made) -> None:
     run, _ = made
     about, index = _tree(run, "city.json"), _tree(run, "index.json")
     tiles = {row[0]: dict(zip(index["fields"], row, strict=True)) for row in index["rows"]}
@@ -83,7 +81,7 @@ def test_the_index_has_every_building_at_its_place(made: tuple[Prepared, Current
     assert about["layers"] == {"points": True, "dsm": True, "cuts": True, "failures": True}
 
 
-def test_what_is_known_of_a_building(made: tuple[Prepared, CurrentRecords]) -> None:
+def test_what_is_known_of_a_building(made: town.Made) -> None:
     run, _ = made
     known = _tree(run, "units/900_4600.json")[town.FLAT]
     assert known["attributes"]["roof_type"] == "flat"
@@ -94,7 +92,7 @@ def test_what_is_known_of_a_building(made: tuple[Prepared, CurrentRecords]) -> N
 
 
 def test_a_building_with_a_page_in_the_report_leads_there(
-    made: tuple[Prepared, CurrentRecords],
+    made: town.Made,
 ) -> None:
     run, records = made
     path = page_path(town.FLAT)
@@ -109,16 +107,14 @@ def test_a_building_with_a_page_in_the_report_leads_there(
         town.write_view(run, records)
 
 
-def test_a_page_of_another_version_is_out_of_date(
-    made: tuple[Prepared, CurrentRecords], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_page_of_another_version_is_out_of_date(made: town.Made, monkeypatch: pytest.MonkeyPatch) -> None:
     before = state_of(made[1])
     assert before == state_of(made[1])
     monkeypatch.setattr(view, "page_version", lambda: "another")
     assert state_of(made[1]) != before
 
 
-def test_points_and_surface_are_the_survey_s(made: tuple[Prepared, CurrentRecords]) -> None:
+def test_points_and_surface_are_the_survey_s(made: town.Made) -> None:
     run, _ = made
     about = _tree(run, "city.json")
     tile = next(t for t in about["tiles"] if t["name"] == "900_4600")
@@ -144,7 +140,7 @@ def test_points_and_surface_are_the_survey_s(made: tuple[Prepared, CurrentRecord
     assert world[:2] == pytest.approx([town.X + 50, town.Y + 50], abs=1.0)
 
 
-def test_the_same_run_gives_the_same_page_and_what_is_right_is_kept(made: tuple[Prepared, CurrentRecords]) -> None:
+def test_the_same_run_gives_the_same_page_and_what_is_right_is_kept(made: town.Made) -> None:
     run, records = made
     root = Path(run.store.root)
     before = {p: (p.read_bytes(), p.stat().st_mtime_ns) for p in sorted((root / "view").rglob("*")) if p.is_file()}
@@ -156,9 +152,7 @@ def test_the_same_run_gives_the_same_page_and_what_is_right_is_kept(made: tuple[
     assert set(kept) == {"points", "dsm", "images", "index", "units"}
 
 
-def test_what_is_kept_is_found_in_one_listing(
-    made: tuple[Prepared, CurrentRecords], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_kept_is_found_in_one_listing(made: town.Made, monkeypatch: pytest.MonkeyPatch) -> None:
     """An object store takes its time for every question."""
     run, records = made
     asked: list[str] = []
@@ -179,9 +173,7 @@ def test_what_is_kept_is_found_in_one_listing(
     assert asked.count("list view/data") == 1
 
 
-def test_a_large_city_has_the_same_page_made_tile_by_tile(
-    made: tuple[Prepared, CurrentRecords], tmp_path: Path
-) -> None:
+def test_a_large_city_has_the_same_page_made_tile_by_tile(made: town.Made, tmp_path: Path) -> None:
     run, records = made
     shutil.copytree(run.store.root, tmp_path / "run")
     shutil.rmtree(tmp_path / "run/view")
@@ -201,9 +193,7 @@ def test_a_large_city_has_the_same_page_made_tile_by_tile(
     assert {key: whole[key] for key in same} == {key: small[key] for key in same}
 
 
-def test_only_the_tile_of_a_building_that_was_made_again_is_written_anew(
-    made: tuple[Prepared, CurrentRecords], tmp_path: Path
-) -> None:
+def test_only_the_tile_of_a_building_that_was_made_again_is_written_anew(made: town.Made, tmp_path: Path) -> None:
     run, records = made
     shutil.copytree(run.store.root, tmp_path / "run")
     copy = Prepared(run.workflow, run.catalog, run.area, Store.open(tmp_path / "run"))
@@ -236,7 +226,7 @@ def test_ends_of_tiles_are_those_of_the_whole() -> None:
     assert len(view_units.ends_of(rows)) == 32
 
 
-def test_nothing_in_it_names_this_machine(made: tuple[Prepared, CurrentRecords]) -> None:
+def test_nothing_in_it_names_this_machine(made: town.Made) -> None:
     run, _ = made
     root = Path(run.store.root)
     for path in (root / "view").rglob("*"):
@@ -244,7 +234,7 @@ def test_nothing_in_it_names_this_machine(made: tuple[Prepared, CurrentRecords])
             assert str(root.parent).encode() not in path.read_bytes(), path
 
 
-def test_a_run_that_has_only_begun_has_a_page(made: tuple[Prepared, CurrentRecords], tmp_path: Path) -> None:
+def test_a_run_that_has_only_begun_has_a_page(made: town.Made, tmp_path: Path) -> None:
     run, _ = made
     early = Prepared(run.workflow, run.catalog, run.area, Store.open(tmp_path))
     describe_run(early)
@@ -256,7 +246,7 @@ def test_a_run_that_has_only_begun_has_a_page(made: tuple[Prepared, CurrentRecor
 
 
 def test_a_page_is_written_where_there_is_none_and_left_alone_where_it_is_right(
-    made: tuple[Prepared, CurrentRecords],
+    made: town.Made,
 ) -> None:
     run, _ = made
     root = Path(run.store.root)
@@ -271,9 +261,7 @@ def test_a_page_is_written_where_there_is_none_and_left_alone_where_it_is_right(
         bring_up_to_date(str(root / "products"), console)
 
 
-def test_a_run_before_its_last_export_shows_the_tiles_that_are_there(
-    made: tuple[Prepared, CurrentRecords], tmp_path: Path
-) -> None:
+def test_a_run_before_its_last_export_shows_the_tiles_that_are_there(made: town.Made, tmp_path: Path) -> None:
     run, records = made
     shutil.copytree(run.store.root, tmp_path / "run")
     for name in ("tileset.json", "tileset_raw.json"):
@@ -292,7 +280,7 @@ def test_a_run_before_its_last_export_shows_the_tiles_that_are_there(
         assert all((tmp_path / "run" / path).parent.joinpath(uri).resolve().is_file() for uri in uris)
 
 
-def test_points_that_somebody_has_damaged_are_left_out(made: tuple[Prepared, CurrentRecords], tmp_path: Path) -> None:
+def test_points_that_somebody_has_damaged_are_left_out(made: town.Made, tmp_path: Path) -> None:
     run, records = made
     shutil.copytree(run.store.root, tmp_path / "run")
     shutil.rmtree(tmp_path / "run/view")
@@ -313,7 +301,7 @@ def test_pages_come_from_an_object_store_as_well() -> None:
     assert read("products/missing.glb") is None
 
 
-def test_the_reader_gives_files_and_nothing_for_folders(made: tuple[Prepared, CurrentRecords]) -> None:
+def test_the_reader_gives_files_and_nothing_for_folders(made: town.Made) -> None:
     run, _ = made
     read = reader(run.store)
     script, page = read("view/view.js"), read("view/index.html")
