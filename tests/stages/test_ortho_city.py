@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import geopandas
@@ -83,29 +84,41 @@ def catalog(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "catalog"
 
 
-def _records(catalog: Path, run: Path, settings: list[str]) -> Records:
-    """All tasks of a run of the shipped workflow, in this process."""
-    parameters = load_workflow(WORKFLOW, ["tiles.tile_m=100", *settings]).city
-    return run_all(CitySource(read_catalog(catalog), parameters), Store.open(run))
+def _records(catalog: Path, run: Path, settings: list[str], known: tuple[Path, Records] | None = None) -> Records:
+    """All tasks of a run of the shipped workflow but its textures, in this process; of those in `known` what differs."""
+    if known is not None:
+        shutil.copytree(known[0], run)
+    parameters = load_workflow(WORKFLOW, ["tiles.tile_m=100", "texture.when=never", *settings]).city
+    return run_all(CitySource(read_catalog(catalog), parameters), Store.open(run), known=known and known[1])
 
 
-def test_a_coarse_surface_and_an_ortho_make_roofs_and_an_edit_another(catalog: Path, tmp_path: Path) -> None:
-    found = _records(catalog, tmp_path / "run", [])
+@pytest.fixture(scope="module")
+def plain(catalog: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Records]:
+    """A run without edits."""
+    run = tmp_path_factory.mktemp("plain") / "run"
+    return run, _records(catalog, run, [])
+
+
+def test_a_coarse_surface_and_an_ortho_make_roofs_and_an_edit_another(
+    catalog: Path, plain: tuple[Path, Records], tmp_path: Path
+) -> None:
+    found = plain[1]
     gable, flat = (found["reconstruct", k] for k in ("gable", "flat"))
     assert (gable.status, gable.result["method"], gable.result["roof_type"]) == ("done", "roof_types", "gable")
     assert (flat.status, flat.result["roof_type"]) == ("done", "flat")
     ridge = GROUND + EAVES_M + SLOPE * DEPTH_M / 2
     assert gable.result["ridge_height_m"] == pytest.approx(ridge, abs=0.3)
     assert {"ortho", "ortho-2"} <= set(gable.inputs)
-    edited = _records(catalog, tmp_path / "edited", [f"edits.path={catalog.parent / 'edits.gpkg'}"])
+    edited = _records(catalog, tmp_path / "edited", [f"edits.path={catalog.parent / 'edits.gpkg'}"], plain)
     assert edited["reconstruct", "gable"].result["roof_type"] == "hip"
     assert edited["reconstruct", "flat"].digest == flat.digest
 
 
-def test_a_roof_type_that_does_not_fit_is_said(catalog: Path, tmp_path: Path) -> None:
+def test_a_roof_type_that_does_not_fit_is_said(catalog: Path, plain: tuple[Path, Records], tmp_path: Path) -> None:
     edit = geopandas.GeoDataFrame({"roof_type": ["cone"]}, geometry=[Point(MIDDLES["gable"])], crs=28992)
     edit.to_file(tmp_path / "edits.gpkg", layer="roof_types")
-    found = _records(catalog, tmp_path / "run", [f"edits.path={tmp_path / 'edits.gpkg'}"])["reconstruct", "gable"]
+    edited = _records(catalog, tmp_path / "run", [f"edits.path={tmp_path / 'edits.gpkg'}"], plain)
+    found = edited["reconstruct", "gable"]
     assert (found.status, found.result["roof_type"]) == ("degraded", "gable")
     assert "an edit sets the roof type 'cone'" in found.reason
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +21,11 @@ from cityflow.survey.kept_plans import FOLDER, RunPlans
 from cityflow.synthetic.flight import plan_flight
 from cityflow.synthetic.flight_presets import preset
 
-EXTENT = (1000.0, 2000.0, 1300.0, 2200.0)
+EXTENT = (1000.0, 2000.0, 1150.0, 2100.0)
 HEIGHTS = (10.0, 35.0)
 
 
+@cache
 def catalog() -> Catalog:
     shot = plan_flight(
         EXTENT,
@@ -35,9 +37,6 @@ def catalog() -> Catalog:
         for k, i in enumerate(shot)
     ]
     return Catalog("", "flight", Reference("EPSG:28992", 28992, None, ""), "", "", (), images=tuple(images))
-
-
-CATALOG = catalog()
 
 
 def asked(**more: Any) -> CityParameters:
@@ -64,7 +63,7 @@ def run(tmp_path: Path) -> RunPlans:
 
 @pytest.fixture(scope="module")
 def anew() -> list[object]:
-    return told(ImageSurvey(CATALOG, asked()))
+    return told(ImageSurvey(catalog(), asked()))
 
 
 def forgotten(monkeypatch: pytest.MonkeyPatch) -> list[str]:
@@ -82,16 +81,16 @@ def forgotten(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def test_a_kept_plan_is_the_one_found_anew(run: RunPlans, anew: list[object], monkeypatch: pytest.MonkeyPatch) -> None:
-    assert told(ImageSurvey(CATALOG, asked(), run)) == anew
+    assert told(ImageSurvey(catalog(), asked(), run)) == anew
     (path,) = run.store.find(FOLDER)
     data = run.store.read_bytes(path)
     chosen = forgotten(monkeypatch)
-    assert told(ImageSurvey(CATALOG, asked(), run)) == anew
+    assert told(ImageSurvey(catalog(), asked(), run)) == anew
     assert chosen == []
     for damaged in (data[:-1], data[:40] + bytes([data[40] ^ 1]) + data[41:]):
         run.store.write_bytes(path, damaged)
         kept_plans._REMEMBERED.clear()
-        assert told(ImageSurvey(CATALOG, asked(), run)) == anew
+        assert told(ImageSurvey(catalog(), asked(), run)) == anew
         assert chosen, "what is damaged is found anew"
         assert run.store.read_bytes(path) == data
         chosen.clear()
@@ -100,14 +99,14 @@ def test_a_kept_plan_is_the_one_found_anew(run: RunPlans, anew: list[object], mo
 def test_other_parameters_poses_and_programs_have_plans_of_their_own(
     run: RunPlans, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = ImageSurvey(CATALOG, asked(), run)
+    first = ImageSurvey(catalog(), asked(), run)
     assert first.tiles
     chosen = forgotten(monkeypatch)
-    other = ImageSurvey(CATALOG, asked(flight={"least_images": 6}), run)
+    other = ImageSurvey(catalog(), asked(flight={"least_images": 6}), run)
     assert other.tiles
     assert chosen
     assert len(run.store.find(FOLDER)) == 1, "the former one is gone"
-    fewer = ImageSurvey(replace(CATALOG, images=CATALOG.images[1:]), asked(), run)
+    fewer = ImageSurvey(replace(catalog(), images=catalog().images[1:]), asked(), run)
     assert len({survey._plan_digest for survey in (first, other, fewer)}) == 3
     kept_plans._REMEMBERED.clear()
     assert run.get(other._plan_digest) is not None
@@ -117,5 +116,5 @@ def test_other_parameters_poses_and_programs_have_plans_of_their_own(
 
 def test_nothing_is_written_where_there_is_no_run(tmp_path: Path) -> None:
     plans = RunPlans(Store.open(tmp_path / "none"), "run.json", "program")
-    assert ImageSurvey(CATALOG, asked(), plans).tiles
+    assert ImageSurvey(catalog(), asked(), plans).tiles
     assert not (tmp_path / "none").exists()

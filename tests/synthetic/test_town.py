@@ -22,6 +22,11 @@ def town() -> Town:
 
 
 @pytest.fixture(scope="module")
+def large_town() -> Town:
+    return make_town(2, TownParameters(width_m=500, height_m=500))
+
+
+@pytest.fixture(scope="module")
 def mesh(town: Town) -> TownMesh:
     return town.mesh()
 
@@ -55,8 +60,8 @@ def test_objects_do_not_depend_on_the_bounds(town: Town, mesh: TownMesh) -> None
     assert np.array_equal(_rows(more, inner), _rows(mesh, inner))
 
 
-def test_all_shapes_stand_in_a_few_towns() -> None:
-    towns = [make_town(seed, TownParameters(width_m=500, height_m=500)) for seed in (1, 2)]
+def test_all_shapes_stand_in_a_few_towns(large_town: Town) -> None:
+    towns = [make_town(1, TownParameters(width_m=500, height_m=500)), large_town]
     shapes = {u.shape for t in towns for u in t.units}
     assert set(HOUSE_SHAPES) <= shapes
     assert shapes >= SPECIAL_SHAPES
@@ -138,12 +143,11 @@ def test_twins_are_alike_but_for_the_facade(town: Town) -> None:
                 assert (f.slope_u, f.slope_v) == pytest.approx((g.slope_u, g.slope_v))
 
 
-def test_overhangs_reach_from_none_to_a_metre() -> None:
-    t = make_town(2, TownParameters(width_m=500, height_m=500))
+def test_overhangs_reach_from_none_to_a_metre(large_town: Town) -> None:
     reach = np.array(
         [
             shapely.distance(shapely.points(shapely.get_coordinates(u.roof_outline)), u.wall_outline).max()
-            for u in t.units
+            for u in large_town.units
             if u.shape in HOUSE_SHAPES
         ]
     )
