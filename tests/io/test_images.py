@@ -32,22 +32,24 @@ def _write(path: Path, array: np.ndarray, **options: object) -> Path:
     return path
 
 
-SOURCES = {
-    "grey8.png": (_picture(bands=1), {}),
-    "rgb8.png": (_picture(), {}),
-    "rgb12in16.tif": (_picture(top=4095), {}),
-    "grey16.png": (_picture(bands=1, top=65535), {}),
-    "rgbnir16.tif": (_picture(bands=4, top=65535), {"photometric": "RGB", "alpha": "NO"}),
-    "tall.tif": (_picture(1300, 90), {}),
-    "tiny.tif": (_picture(3, 5), {}),
+SOURCES: dict[str, tuple[dict[str, int], dict[str, str]]] = {
+    "grey8.png": ({"bands": 1}, {}),
+    "rgb8.png": ({}, {}),
+    "rgb12in16.tif": ({"top": 4095}, {}),
+    "grey16.png": ({"bands": 1, "top": 65535}, {}),
+    "rgbnir16.tif": ({"bands": 4, "top": 65535}, {"photometric": "RGB", "alpha": "NO"}),
+    "tall.tif": ({"height": 1300, "width": 90}, {}),
+    "tiny.tif": ({"height": 3, "width": 5}, {}),
 }
+"""What a picture is of, and how it is written."""
 
 
 @pytest.mark.filterwarnings("ignore::rasterio.errors.NotGeoreferencedWarning")
 @pytest.mark.parametrize("name", SOURCES)
 @pytest.mark.parametrize("tiling", [TilingParameters(), TilingParameters(tile_px=256, compression="deflate")])
 def test_every_level_is_the_mean_of_the_source(tmp_path: Path, name: str, tiling: TilingParameters) -> None:
-    array, options = SOURCES[name]
+    kind, options = SOURCES[name]
+    array = _picture(**kind)
     tile_image(_write(tmp_path / name, array, **options), tmp_path / "out.tif", tiling)
     image, truth = open_image(tmp_path / "out.tif"), ArrayPixels(array)
     assert (image.height, image.width, image.bands, image.dtype) == (*array.shape, array.dtype)
