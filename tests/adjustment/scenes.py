@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -24,8 +25,16 @@ class Scene:
     ties: Ties
 
 
-def scene(seed: int, noise_px: float = 0.3, wrong: float = 0.02) -> Scene:
-    """24 images, level and tilted to both sides, 100 m over hills of 15 m; `wrong`: share of the observations that are off by tens of pixels."""
+def scene(
+    seed: int, noise_px: float = 0.3, wrong: float = 0.02, cameras: tuple[Camera, Camera, Camera] = (CAMERA,) * 3
+) -> Scene:
+    """24 images, level and tilted to both sides, 100 m over hills of 15 m.
+
+    Parameters
+    ----------
+    wrong : share of the observations that are off by tens of pixels
+    cameras : of the level, the left and the right head
+    """
     rng = np.random.default_rng(seed)
     images = []
     for k in range(24):
@@ -33,7 +42,7 @@ def scene(seed: int, noise_px: float = 0.3, wrong: float = 0.02) -> Scene:
         omega = np.radians((0.0, 30.0, -30.0)[side]) + rng.normal(0, 0.01)
         rotation = from_omega_phi_kappa(omega, rng.normal(0, 0.01), rng.normal(0, 0.02))
         centre = np.array([5000.0 + 16.0 * (station % 4), 2000.0 + 25.0 * (station // 4) + (0, -55, 55)[side], 100.0])
-        images.append(OrientedImage(f"i{k:02d}", CAMERA, rotation, centre + rng.normal(0, 0.5, 3)))
+        images.append(OrientedImage(f"i{k:02d}", cameras[side], rotation, centre + rng.normal(0, 0.5, 3)))
     xy = rng.uniform((4980, 1970), (5070, 2060), (450, 2))
     xyz = np.column_stack([xy, 15 * np.sin(xy[:, 0] / 9) * np.cos(xy[:, 1] / 12)])
     seen = []
@@ -52,7 +61,7 @@ def scene(seed: int, noise_px: float = 0.3, wrong: float = 0.02) -> Scene:
     return Scene(tuple(images), xyz, ties.some(np.ones(len(table), bool)))
 
 
-def disturbed(images: tuple[OrientedImage, ...], position_m: float, angle_px: float, seed: int) -> list[OrientedImage]:
+def disturbed(images: Sequence[OrientedImage], position_m: float, angle_px: float, seed: int) -> list[OrientedImage]:
     """The images with poses that are each off by themselves."""
     rng = np.random.default_rng(seed)
     turns = rotation_of(rng.normal(0, angle_px / CAMERA.fx, (len(images), 3)))

@@ -25,6 +25,7 @@ class Block:
     ----------
     rotations : (N, 3, 3) camera_from_world;  centres : (N, 3) metres, from a local origin
     camera : (N,) number of each image's camera;  cameras : these
+    heads : (N,) names of the images' cameras, see `OrientedImage`
     xyz : (P, 3) tie points, metres from the local origin
     """
 
@@ -32,21 +33,23 @@ class Block:
     centres: FloatArray
     camera: IntArray
     cameras: tuple[Camera, ...]
+    heads: tuple[str, ...]
     xyz: FloatArray
 
     @staticmethod
     def of(images: Sequence[OrientedImage], origin: FloatArray) -> Block:
-        """The block of some images, without points; cameras that are equal in every value are one."""
-        known: dict[Camera, int] = {}
-        camera = np.array([known.setdefault(i.camera, len(known)) for i in images], np.int64)
+        """The block of some images, without points; images of one head with one given camera share it, two heads never do, whatever their data sheets say."""
+        known: dict[tuple[str, Camera], int] = {}
+        camera = np.array([known.setdefault((i.head, i.camera), len(known)) for i in images], np.int64)
         rotations = np.array([i.rotation for i in images]).reshape(-1, 3, 3)
         centres = np.array([i.centre - origin for i in images]).reshape(-1, 3)
-        return Block(rotations, centres, camera, tuple(known), np.empty((0, 3)))
+        heads = tuple(i.head for i in images)
+        return Block(rotations, centres, camera, tuple(c for _, c in known), heads, np.empty((0, 3)))
 
     def image(self, number: int, name: str, origin: FloatArray) -> OrientedImage:
         """One of its images, in the world."""
         camera = self.cameras[self.camera[number]]
-        return OrientedImage(name, camera, self.rotations[number], self.centres[number] + origin)
+        return OrientedImage(name, camera, self.rotations[number], self.centres[number] + origin, self.heads[number])
 
     def moved(self, poses: FloatArray, points: FloatArray, interior: FloatArray) -> Block:
         """After a step.

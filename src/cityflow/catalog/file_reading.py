@@ -18,7 +18,7 @@ from cityflow.io.images.image_header import ImageHeader, image_header
 from cityflow.io.points.las import Sample, sample
 from cityflow.io.points.las_header import LasHeader, read_header
 
-VERSION = 1
+VERSION = 2
 """Raise it when anything else is read: what was kept before is then read again."""
 F = TypeVar("F")
 

@@ -145,6 +145,7 @@ def _described(
     if file.contents.is_cut_off:
         remedy = "copy the file again, or leave the image out"
         raise CatalogError("the file is truncated", where=str(path), remedy=remedy)
+    image = replace(image, head=_head(image.head, header))
     level = looks_level(image, heights.whole[1])
     low, high = heights.whole if level else heights.over(image)
     if image.centre[2] <= low:
@@ -161,6 +162,11 @@ def _described(
     return ImageAsset(
         image.name, str(path), file.digest.checksum, file.digest.size, _rounded(seen.bounds), image, (low, high), header.bands, header.dtype, ones, day
     )  # fmt: skip
+
+
+def _head(in_model: str, header: ImageHeader) -> str:
+    """What the orientation calls the camera, its maker and model, its serial number: each of them may be missing, or the same for several heads."""
+    return " ".join(part for part in (in_model, header.camera, header.serial) if part)
 
 
 def _day(header: ImageHeader) -> str:

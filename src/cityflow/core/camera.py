@@ -108,12 +108,14 @@ class OrientedImage:
     name : unique in the survey
     rotation : (3, 3) float64, camera_from_world
     centre : (3,) float64, projection centre, world metres
+    head : which camera took it, by its name in the orientation or its serial number; empty where unknown. Cameras of one data sheet differ by it
     """
 
     name: str
     camera: Camera
     rotation: FloatArray = field(repr=False)
     centre: FloatArray
+    head: str = ""
 
     @property
     def axis(self) -> FloatArray:

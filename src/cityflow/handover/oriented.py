@@ -12,9 +12,11 @@ from cityflow.flow.task import Json
 
 
 def to_json(image: OrientedImage) -> dict[str, Json]:
-    """Name, camera and pose; floats survive JSON unchanged."""
+    """Name, head, camera and pose; floats survive JSON unchanged."""
     c = image.camera
+    head: dict[str, Json] = {"head": image.head} if image.head else {}
     return {
+        **head,
         "name": image.name,
         "camera": [c.width, c.height, c.fx, c.fy, c.cx, c.cy, list(c.distortion), c.kind],
         "rotation": np.asarray(image.rotation, np.float64).tolist(),
@@ -27,5 +29,6 @@ def of_json(tree: Mapping[str, Any]) -> OrientedImage:
     width, height, fx, fy, cx, cy, distortion, kind = tree["camera"]
     camera = Camera(int(width), int(height), fx, fy, cx, cy, tuple(distortion), kind)
     return OrientedImage(
-        tree["name"], camera, np.array(tree["rotation"], np.float64), np.array(tree["centre"], np.float64)
-    )
+        tree["name"], camera, np.array(tree["rotation"], np.float64), np.array(tree["centre"], np.float64),
+        tree.get("head", ""),
+    )  # fmt: skip

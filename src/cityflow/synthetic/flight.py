@@ -167,7 +167,10 @@ def _fired(
     """The images of one station: the heads are fixed to one another and move with the aircraft."""
     centre = centre + rng.normal(0.0, 1.0, 3) * p.position_sigma * p.flying_height_m
     body = small_rotation(rng.normal(0.0, 1.0, 3) * math.radians(p.attitude_sigma_deg))
-    return [OrientedImage(f"{name}_{h.name}", p.camera(h), head_rotation(h, heading) @ body, centre) for h in p.heads]
+    return [
+        OrientedImage(f"{name}_{h.name}", p.camera(h), head_rotation(h, heading) @ body, centre, h.name)
+        for h in p.heads
+    ]
 
 
 def head_rotation(head: Head, heading: float) -> FloatArray:

@@ -200,7 +200,7 @@ def _plain(asset: ImageAsset) -> tuple[object, ...]:
     return (
         asset.name, asset.href, asset.checksum, asset.size, asset.bounds, asset.heights, asset.bands, asset.dtype, asset.gain,
         asset.date, asset.pixel_mm, asset.gamma, asset.falloff, asset.shoulder, asset.white, asset.pose_covariance,
-        image.name, image.camera, image.rotation.tolist(), image.centre.tolist(),
+        image.name, image.head, image.camera, image.rotation.tolist(), image.centre.tolist(),
     )  # fmt: skip
 
 

@@ -63,6 +63,8 @@ def image_properties(asset: ImageAsset, reference: Reference) -> dict[str, Any]:
         properties["cityflow:shoulder"] = asset.shoulder
     if asset.white:
         properties["cityflow:white"] = asset.white
+    if image.head:
+        properties["cityflow:head"] = image.head
     if asset.pose_covariance:
         properties["cityflow:pose_covariance"] = list(asset.pose_covariance)
     if properties["view:off_nadir"] > 90:
@@ -132,7 +134,13 @@ def image_of_item(
         checksum=str(asset["file:checksum"])[4:],
         size=int(asset["file:size"]),
         bounds=(x_min, y_min, x_max, y_max),
-        oriented=OrientedImage(name, _camera(p["cityflow:camera"], cameras), _rotation(p, name), np.array(centre)),
+        oriented=OrientedImage(
+            name,
+            _camera(p["cityflow:camera"], cameras),
+            _rotation(p, name),
+            np.array(centre),
+            str(p.get("cityflow:head", "")),
+        ),
         heights=(low, high),
         bands=int(p["cityflow:bands"]),
         dtype=str(p["cityflow:dtype"]),

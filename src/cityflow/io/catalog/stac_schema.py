@@ -39,7 +39,7 @@ PROPERTIES = {
     "cityflow:kind": _TEXT, "cityflow:date_unknown": _YES, "cityflow:crs_in_file": _TEXT,
     "cityflow:camera": pa.struct(_CAMERA), "cityflow:heights": _REALS, "cityflow:bands": _WHOLE, "cityflow:dtype": _TEXT,
     "cityflow:gain": _REALS, "cityflow:gamma": _REALS, "cityflow:falloff": _REAL, "cityflow:shoulder": _REAL,
-    "cityflow:white": _REAL, "cityflow:pixel_mm": _REAL, "cityflow:pose_covariance": _REALS,
+    "cityflow:white": _REAL, "cityflow:pixel_mm": _REAL, "cityflow:head": _TEXT, "cityflow:pose_covariance": _REALS,
     "cityflow:z_range": _REALS, "cityflow:classes": _WHOLES, "cityflow:returns": _WHOLE,
     "cityflow:count": _WHOLE, "cityflow:id_column": _TEXT, "cityflow:id_format": _TEXT, "cityflow:layer": _TEXT,
 }  # fmt: skip

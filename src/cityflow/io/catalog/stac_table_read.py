@@ -37,7 +37,7 @@ MOST_MB = 2048
 OF_IMAGES = (
     "datetime", "proj:bbox", "pers:perspective_center", "pers:rotation_matrix", "cityflow:camera", "cityflow:heights",
     "cityflow:bands", "cityflow:dtype", "cityflow:gain", "cityflow:gamma", "cityflow:falloff", "cityflow:shoulder", "cityflow:white",
-    "cityflow:pixel_mm", "cityflow:date_unknown", "cityflow:pose_covariance",
+    "cityflow:pixel_mm", "cityflow:head", "cityflow:date_unknown", "cityflow:pose_covariance",
 )  # fmt: skip
 """What is read of an image; the other columns are for others."""
 Tree = dict[str, Any]

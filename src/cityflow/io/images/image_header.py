@@ -11,17 +11,17 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import rasterio
-from PIL import ExifTags, Image
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 from rasterio.io import DatasetReader
 
 from cityflow.core.camera import Camera
+from cityflow.core.photo_metadata import PhotoMetadata
 from cityflow.errors import CatalogError
 from cityflow.io.given_files import check_plain
+from cityflow.io.images.photo_metadata import photo_metadata
 
 UPRIGHT = 1
 MOST_PIXELS, GREAT_PIXELS = 1_000_000_000, 100_000_000
@@ -30,8 +30,6 @@ MOST_PACKED = 500
 """How much smaller a picture is in its file than in memory: photographs 5 to 50 times, a plain colour over a thousand times."""
 DEPTHS = ("uint8", "uint16")
 ADVICE = "convert it to a JPEG, TIFF or PNG of 8 or 16 bits"
-MM_PER_UNIT = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
-"""EXIF's units of the focal plane: inch, centimetre, millimetre, micrometre."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,10 +43,7 @@ class ImageHeader:
     dtype : ``uint8`` or ``uint16``
     orientation : EXIF 1 to 8; 1 where there is no tag
     taken : EXIF date and time of the exposure, as written; empty where unknown
-    camera : maker and model; empty where unknown
-    focal_mm, focal_px : focal length, and the same in pixels where EXIF has what it takes
-    exposure_s, f_number, iso : exposure
-    position : WGS 84 latitude and longitude in degrees, ellipsoidal or mean-sea-level height in metres, as EXIF has them
+    camera, serial : maker and model, and the body's serial number; empty where unknown
     """
 
     path: str
@@ -59,12 +54,7 @@ class ImageHeader:
     orientation: int = UPRIGHT
     taken: str = ""
     camera: str = ""
-    focal_mm: float | None = None
-    focal_px: float | None = None
-    exposure_s: float | None = None
-    f_number: float | None = None
-    iso: float | None = None
-    position: tuple[float, float, float | None] | None = None
+    serial: str = ""
 
 
 def image_header(path: str | Path) -> ImageHeader:
@@ -79,7 +69,17 @@ def image_header(path: str | Path) -> ImageHeader:
         bands, dtype = kind_of(dataset)
         size = dataset.width, dataset.height
         _refuse_giant(str(path), *size, len(bands) * np.dtype(dtype).itemsize)
-    return ImageHeader(str(path), *size, len(bands), dtype, **_exif(Path(path), size[0]))
+    photo = _tags(path)
+    camera = f"{photo.make} {photo.model}".strip()
+    return ImageHeader(str(path), *size, len(bands), dtype, photo.orientation, photo.taken, camera, photo.serial)
+
+
+def _tags(path: str | Path) -> PhotoMetadata:
+    """EXIF and XMP; nothing is known where Pillow cannot read the file."""
+    try:
+        return photo_metadata(path)
+    except CatalogError:
+        return PhotoMetadata(Path(path).name)
 
 
 def _refuse_giant(path: str, width: int, height: int, pixel_bytes: int) -> None:
@@ -179,62 +179,3 @@ def open_dataset(name: str) -> DatasetReader:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", NotGeoreferencedWarning)
         return rasterio.open(name)
-
-
-def _exif(path: Path, width: int) -> dict[str, Any]:
-    """Fields of `ImageHeader` that EXIF holds; none where the tag block is missing or cannot be read."""
-    Image.MAX_IMAGE_PIXELS = None  # nothing is decoded here; Pillow would refuse a 150-megapixel header
-    try:
-        with Image.open(path) as image:
-            tags = image.getexif()
-            fine, place = tags.get_ifd(ExifTags.IFD.Exif), tags.get_ifd(ExifTags.IFD.GPSInfo)
-    except (OSError, ValueError, SyntaxError):
-        return {}
-    base = ExifTags.Base
-    focal = exif_number(fine.get(base.FocalLength))
-    text = " ".join(str(tags.get(t, "")).strip("\0 ") for t in (base.Make, base.Model)).strip()
-    orientation = exif_number(tags.get(base.Orientation))
-    return {
-        "orientation": int(orientation) if orientation else UPRIGHT,
-        "taken": str(fine.get(base.DateTimeOriginal, "")).strip("\0 "), "camera": text,
-        "focal_mm": focal, "focal_px": _focal_px(fine, focal, width),
-        "exposure_s": exif_number(fine.get(base.ExposureTime)), "f_number": exif_number(fine.get(base.FNumber)),
-        "iso": exif_number(fine.get(base.ISOSpeedRatings)), "position": _position(place),
-    }  # fmt: skip
-
-
-def _focal_px(fine: Any, focal_mm: float | None, width: int) -> float | None:
-    resolution = exif_number(fine.get(ExifTags.Base.FocalPlaneXResolution))
-    unit = MM_PER_UNIT.get(fine.get(ExifTags.Base.FocalPlaneResolutionUnit, 2))
-    if focal_mm and resolution and unit:
-        return focal_mm * resolution / unit
-    equivalent = exif_number(fine.get(ExifTags.Base.FocalLengthIn35mmFilm))
-    return equivalent / 36.0 * width if equivalent else None
-
-
-def _position(place: Any) -> tuple[float, float, float | None] | None:
-    gps = ExifTags.GPS
-    latitude = exif_degrees(place.get(gps.GPSLatitude), place.get(gps.GPSLatitudeRef), "S")
-    longitude = exif_degrees(place.get(gps.GPSLongitude), place.get(gps.GPSLongitudeRef), "W")
-    if latitude is None or longitude is None:
-        return None
-    height = exif_number(place.get(gps.GPSAltitude))
-    below = place.get(gps.GPSAltitudeRef) in (1, b"\x01")
-    return latitude, longitude, -height if below and height is not None else height
-
-
-def exif_degrees(parts: Any, side: Any, negative: str) -> float | None:
-    numbers = [exif_number(p) for p in parts] if isinstance(parts, tuple) and len(parts) == 3 else [None]
-    if any(n is None for n in numbers):
-        return None
-    value = sum(n / 60**i for i, n in enumerate(numbers) if n is not None)
-    return -value if str(side).strip("\0 ").upper() == negative else value
-
-
-def exif_number(value: Any) -> float | None:
-    """EXIF's rationals may be 0/0."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError, ZeroDivisionError):
-        return None
-    return number if np.isfinite(number) else None

@@ -19,7 +19,7 @@ from cityflow.core.photo_metadata import GnssPosition, HeightKind, PhotoMetadata
 from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import from_yaw_pitch_roll, gimbal_angles
 from cityflow.io.given_files import check_plain
-from cityflow.io.images.image_header import MM_PER_UNIT, exif_degrees, exif_number
+from cityflow.io.images.exif_values import MM_PER_UNIT, exif_degrees, exif_number
 from cityflow.io.images.xmp_tags import xmp_tags
 
 TIFF_XMP = 700

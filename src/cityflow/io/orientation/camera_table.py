@@ -154,9 +154,8 @@ class CameraTable:
         """
         camera = self.id_for(name, given)
         mount = self.mounts.get(camera)
-        return OrientedImage(
-            name, self.cameras[camera], rotation if mount is None else mount @ rotation, centre
-        ), camera
+        turned = rotation if mount is None else mount @ rotation
+        return OrientedImage(name, self.cameras[camera], turned, centre, camera), camera
 
     def id_for(self, image: str, given: str = "") -> str:
         """Id of an image's camera: the one given, else by its pattern, else the only one.

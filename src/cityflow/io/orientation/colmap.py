@@ -72,7 +72,7 @@ def read_colmap(folder: str | Path) -> OrientationModel:
         except ValueError as error:
             left_out.append(LeftOut(name, str(error), "orient the image again"))
             continue
-        images.append(OrientedImage(name, known[camera_id], rotation, -rotation.T @ translation))
+        images.append(OrientedImage(name, known[camera_id], rotation, -rotation.T @ translation, str(camera_id)))
     kept, twice = in_order(images)
     finite = np.isfinite(sparse).all(axis=1)
     notes = [f"{int((~finite).sum()):,} sparse points are no finite numbers and left out"] if not finite.all() else []
@@ -109,7 +109,7 @@ def write_colmap(
     sparse: FloatArray,
     origin: tuple[float, float, float] = (0, 0, 0),
 ) -> list[Path]:
-    """Write a COLMAP text model without tracks; the files written.
+    """Write a COLMAP text model without tracks, with a camera for each head; the files written.
 
     Parameters
     ----------
@@ -119,9 +119,9 @@ def write_colmap(
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
     ordered = list(images)
-    numbers: dict[Camera, int] = {}
+    numbers: dict[tuple[str, Camera], int] = {}
     for image in ordered:
-        numbers.setdefault(image.camera, len(numbers) + 1)
+        numbers.setdefault((image.head, image.camera), len(numbers) + 1)
     texts = {
         "cameras.txt": _camera_lines(numbers),
         "images.txt": _image_lines(ordered, numbers, np.asarray(origin, np.float64)),
@@ -132,20 +132,20 @@ def write_colmap(
     return [place / name for name in texts]
 
 
-def _camera_lines(numbers: Mapping[Camera, int]) -> str:
+def _camera_lines(numbers: Mapping[tuple[str, Camera], int]) -> str:
     lines = ["# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]"]
-    for camera, number in numbers.items():
+    for (_, camera), number in numbers.items():
         model, params = model_of(camera)
         lines.append(f"{number} {model} {camera.width} {camera.height} {' '.join(map(_digits, params))}")
     return "\n".join(lines) + "\n"
 
 
-def _image_lines(images: list[OrientedImage], numbers: Mapping[Camera, int], origin: FloatArray) -> str:
+def _image_lines(images: list[OrientedImage], numbers: Mapping[tuple[str, Camera], int], origin: FloatArray) -> str:
     lines = ["# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then POINTS2D[] (none)"]
     for i, image in enumerate(images, 1):
         translation = -image.rotation @ (image.centre - origin)
         values = " ".join(_digits(v) for v in (*to_quaternion(image.rotation), *translation))
-        lines += [f"{i} {values} {numbers[image.camera]} {image.name}", ""]
+        lines += [f"{i} {values} {numbers[image.head, image.camera]} {image.name}", ""]
     return "\n".join(lines) + "\n"
 
 

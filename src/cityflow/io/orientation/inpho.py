@@ -88,6 +88,7 @@ def read(given: OrientationFile) -> OrientationModel:
 class _Camera:
     """A camera as `PhotoCamera.camera_and_turn` has it, with what the file says of it; `problem` where it cannot be used."""
 
+    name: str = ""
     focal_mm: float = 0.0
     pixel_mm: float = 0.0
     camera: Camera | None = None
@@ -115,7 +116,7 @@ def _image(block: _Block, name: str, camera: _Camera, rows: MatrixRows) -> Orien
         )
     assert camera.camera is not None
     return OrientedImage(
-        name, camera.camera, camera.turn @ rows.photo_from_world(values[4:]), np.array(values[1:4])
+        name, camera.camera, camera.turn @ rows.photo_from_world(values[4:]), np.array(values[1:4]), camera.name
     )  # fmt: skip
 
 
@@ -127,9 +128,9 @@ def _cameras(blocks: Sequence[_Block], to_mm: float, terms: LensTerms) -> dict[s
         try:
             photo = _photo_camera(items, to_mm, terms)
             pixel = 1 / float(np.linalg.norm(photo.pixel_of_mm[0, :2]) or np.nan)
-            cameras[name] = _Camera(photo.focal_mm, pixel, *photo.camera_and_turn)
+            cameras[name] = _Camera(name, photo.focal_mm, pixel, *photo.camera_and_turn)
         except ValueError as error:
-            cameras[name] = _Camera(problem=f"{error} (line {block.line})")
+            cameras[name] = _Camera(name, problem=f"{error} (line {block.line})")
     return cameras
 
 

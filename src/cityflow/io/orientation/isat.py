@@ -50,7 +50,7 @@ class _Cameras:
             camera, pixel = _camera(self.blocks[key], size_of(name))
         except ValueError as error:
             raise ValueError(f"camera {key}: {error}") from error
-        return OrientedImage(name, camera, pose.rotation, pose.centre), pixel
+        return OrientedImage(name, camera, pose.rotation, pose.centre, key), pixel
 
 
 def read(given: OrientationFile) -> OrientationModel:

@@ -106,7 +106,7 @@ def _image(
     centre, rotation = world.placed(own.points(pose[:3, 3]), own.rotation @ nearest_rotation(pose[:3, :3]))
     if not np.isfinite(centre).all():
         return LeftOut(name, "its place lies outside the CRS", "check --crs")
-    return OrientedImage(name, cameras[sensor], rotation.T, centre)
+    return OrientedImage(name, cameras[sensor], rotation.T, centre, sensor)
 
 
 def _sensors(chunk: ElementTree.Element) -> tuple[dict[str, Camera], dict[str, str], dict[str, float]]:

@@ -149,7 +149,7 @@ def _image(name: str, shot: Mapping[str, Any], cameras: Mapping[str, Any], world
     centre, axes = world.placed(-rotation.T @ move, rotation.T)
     if not np.isfinite(centre).all():
         return LeftOut(name, "its place lies outside the CRS", "check --crs")
-    return OrientedImage(name, camera, axes.T, centre)
+    return OrientedImage(name, camera, axes.T, centre, str(key))
 
 
 def _camera(values: Mapping[str, Any]) -> Camera:
