@@ -8,6 +8,7 @@ from pyproj import CRS, Transformer
 
 from cityflow.core.control_points import ControlPoints, Mark, Role
 from cityflow.errors import CatalogError
+from cityflow.io.control_points.marked_images import with_catalog_names
 from cityflow.io.control_points.pix4d_points import read_pix4d_points
 from cityflow.io.control_points.read_points import read_control_points
 from cityflow.io.control_points.references import in_crs
@@ -180,3 +181,37 @@ def test_heights_change_with_their_datum(tmp_path: Path) -> None:
     led = in_crs(points, CRS.from_user_input("EPSG:25832+7837"))
     geoid = points.coordinates[:, 2] - led.coordinates[:, 2]
     assert "grid that is not installed" in str(led.notes) or (np.abs(geoid - 48) < 2).all()
+
+
+def test_heights_that_are_unknown_leave_points_in_plan(tmp_path: Path) -> None:
+    """OpenDroneMap allows NaN; so do we, in the list and in our table, and through a transformation."""
+    listed = read_control_points(_written(tmp_path, LIST.replace("112.125", "NaN"), "gcp_list.txt"))
+    table = read_control_points(_written(tmp_path, TABLE.replace("112.125", "nan"), "points.csv"))
+    for found, name in ((listed, "point 1"), (table, "a")):
+        assert {p.name for p in found.points if np.isnan(p.xyz[2])} == {name}
+        assert "no height and are used in plan alone" in found.notes[-1]
+    moved = in_crs(table, CRS.from_user_input("EPSG:25833+7837"))
+    assert np.isnan(moved.points[0].xyz[2])
+    assert np.isfinite(moved.points[0].xyz[:2]).all()
+    with pytest.raises(CatalogError, match="no number"):
+        read_control_points(
+            _written(tmp_path, TABLE.replace("112.125", "nan").replace("458010.5", "nan"), "points.csv")
+        )
+
+
+def test_marks_are_led_to_the_names_of_a_catalog(tmp_path: Path) -> None:
+    """By the end of a path, by the file's name with and without its ending; two files of one name need their folder."""
+    table = "point,x,y,z,image,col,row\n" + "".join(
+        f"a,1,2,3,{name},{k},5\n"
+        for k, name in enumerate(("S1", "D:\\flight\\s2.JPG", "left/s3.jpg", "s3.jpg", "none.jpg"))
+    )
+    points = read_control_points(_written(tmp_path, table, "points.csv"))
+    files = {
+        "s1": "/data/s1.tif",
+        "s2": "/data/s2.jpg",
+        "left_s3": "/data/left/s3.jpg",
+        "right_s3": "/data/right/s3.jpg",
+    }
+    found = with_catalog_names(points, files)
+    assert [(m.image, m.col) for m in found.points[0].marks] == [("left_s3", 2.0), ("s1", 0.0), ("s2", 1.0)]
+    assert [note.split(": ")[-1] for note in found.notes] == ["none.jpg", "s3.jpg"]

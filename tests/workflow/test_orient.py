@@ -12,7 +12,7 @@ from rich.console import Console
 from cityflow.core.camera import OrientedImage
 from cityflow.errors import CatalogError, WorkflowError
 from cityflow.io.catalog.stac import Catalog, read_catalog
-from cityflow.workflow.orient import REPORT, orient_catalog, orient_parameters
+from cityflow.workflow.orient import REPORT, control_in, orient_catalog, orient_parameters
 from ground_flight import ORIGIN, ground_catalog, ground_flight, turned
 
 
@@ -30,16 +30,36 @@ def _off(catalog: Catalog, images: list[OrientedImage]) -> float:
     return float(np.sqrt(np.mean((table - table.mean(axis=(0, 1))) ** 2)))
 
 
+def _control(path: Path, images: list[OrientedImage]) -> Path:
+    """Four points on the ground with exact marks; the last one is for checking."""
+    lines = ["point,x,y,z,role,image,col,row"]
+    for name, x, y in (("C1", -8.0, -6.0), ("C2", 8.0, -6.0), ("C3", 0.0, 8.0), ("K1", 1.0, 1.0)):
+        for image in images:
+            uv = image.project(np.array([[x, y, 0.0]]))[0]
+            if image.holds(uv)[0]:
+                place = f"{x + ORIGIN[0]},{y + ORIGIN[1]},0,{'check' if name == 'K1' else 'control'}"
+                lines.append(f"{name},{place},{image.name},{uv[0, 0]:.4f},{uv[0, 1]:.4f}")
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
 @pytest.mark.cluster
 def test_spoiled_poses_are_refined_and_a_repeated_command_keeps_every_byte(tmp_path: Path) -> None:
     images = ground_flight()
     given = ground_catalog(tmp_path, images, turned(images, 0.8))
-    console, out = Console(file=(tmp_path / "told.txt").open("w")), tmp_path / "refined"
-    orient_catalog(given, out, tmp_path / "work", orient_parameters([]), "", 2, console)
+    control = control_in(given, _control(tmp_path / "control.csv", images))
+    told, out = (tmp_path / "told.txt").open("w", buffering=1), tmp_path / "refined"
+    console = Console(file=told)
+    orient_catalog(given, out, tmp_path / "work", orient_parameters([]), "", 2, console, control)
     found = read_catalog(str(out))
     report = json.loads((out / REPORT).read_text())
     assert report["summary"]["refined"]
     assert report["summary"]["weak"] == []
+    points = {p["name"]: p for p in report["summary"]["control"]["points"]}
+    assert [points[n]["role"] for n in ("C1", "C2", "C3", "K1")] == ["control"] * 3 + ["check"]
+    assert max(abs(v) for v in points["K1"]["off_m"][:2]) < 0.05
+    assert "Check points: 1" in (tmp_path / "told.txt").read_text()
+    assert report["images"]["i4"]["observations"] > 20
     assert _off(found, images) < 0.3 * _off(given, images)
     assert all(len(a.pose_covariance) == 21 for a in found.images)
     assert [(a.checksum, a.gain, a.heights) for a in found.images] == [
@@ -47,7 +67,7 @@ def test_spoiled_poses_are_refined_and_a_repeated_command_keeps_every_byte(tmp_p
     ]
     before = {p.name: p.read_bytes() for p in sorted(out.rglob("*")) if p.is_file()}
     records = sorted((tmp_path / "work" / "records").rglob("*.json"))
-    orient_catalog(given, out, tmp_path / "work", orient_parameters([]), "", 1, console)
+    orient_catalog(given, out, tmp_path / "work", orient_parameters([]), "", 1, console, control)
     assert sorted((tmp_path / "work" / "records").rglob("*.json")) == records
     assert {p.name: p.read_bytes() for p in sorted(out.rglob("*")) if p.is_file()} == before
 

@@ -23,16 +23,23 @@ SOLVED_AT_ONCE = 240
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """What is known of the poses and cameras beside their images: weights, and how far the block is from it.
+    """What is known beside the images: O observations of the D unknowns, and of the P points' places.
+
+    Unknowns are radians and metres of N poses, then 8 of each camera where cameras are calibrated, then 3 metres of the common shift of given positions
+    where there is one.
 
     Attributes
     ----------
-    weights : (D,) 1 / variance of each unknown: radians and metres of N poses, then 8 of each camera
-    away : (D,) the block less what is known
+    rows : (O, D) how each observation changes with the unknowns
+    weights : (O,) 1 / variance;  away : (O,) the block less what is observed
+    of_points : (P, 3) weights of known places, 0 where nothing is known;  points_away : (P, 3) the block less these, metres
     """
 
+    rows: csr_array
     weights: FloatArray
     away: FloatArray
+    of_points: FloatArray
+    points_away: FloatArray
 
 
 class Normal:
@@ -50,11 +57,13 @@ class Normal:
         of_pose, of_point, of_camera = slopes(block, ties)
         images, root = len(block.centres), np.sqrt(weight)
         self._ties, self._images = ties, images
-        self._size = 6 * images + (INTERIOR * len(block.cameras) if calibrated else 0)
+        self._size = prior.rows.shape[1]
+        self._cameras = len(block.cameras) if calibrated else 0
         jacobian = self._jacobian(block, of_pose, of_camera, root, calibrated)
         points = of_point * root[:, None, None]
         seen = (left * root[:, None]).reshape(-1)
         own = summed(np.einsum("mki,mkj->mij", points, points), ties)
+        own += prior.of_points[:, :, None] * np.eye(3)
         own += (1e-9 * np.trace(own, axis1=1, axis2=2) + 1e-12)[:, None, None] * np.eye(3)
         self._inverse = np.linalg.inv(own)
         rows = np.arange(len(ties.point) + 1)
@@ -62,13 +71,12 @@ class Normal:
         self._mixed = csr_array(jacobian.T @ jacobian_of_points)
         blocks = np.arange(ties.points + 1)
         inverse = bsr_array((self._inverse, blocks[:-1], blocks), shape=(3 * ties.points,) * 2).tocsr()
-        self._right_of_points = jacobian_of_points.T @ seen
+        self._right_of_points = jacobian_of_points.T @ seen - (prior.of_points * prior.points_away).reshape(-1)
         reduced = jacobian.T @ jacobian - self._mixed @ inverse @ self._mixed.T
         self._right = jacobian.T @ seen - self._mixed @ (inverse @ self._right_of_points)
-        weights = prior.weights[: self._size]
-        self._right -= weights * prior.away[: self._size]
-        diagonal = csr_array((weights, np.arange(self._size), np.arange(self._size + 1)), shape=(self._size,) * 2)
-        self._reduced = csr_array(reduced + diagonal)
+        weighted = prior.rows.multiply(prior.weights[:, None]).tocsr()
+        self._right -= weighted.T @ prior.away
+        self._reduced = csr_array(reduced + prior.rows.T @ weighted)
         self._factor: Any = None
 
     def _jacobian(
@@ -89,7 +97,7 @@ class Normal:
         )
 
     def step(self) -> tuple[FloatArray, FloatArray]:
-        """(D,) of poses and cameras, (P, 3) of the points."""
+        """(D,) of poses, cameras and the shift, (P, 3) of the points."""
         poses = self._solve(self._right)
         points = self._right_of_points - self._mixed.T @ poses
         return poses, np.einsum("pij,pj->pi", self._inverse, points.reshape(-1, 3))
@@ -105,6 +113,16 @@ class Normal:
             for k in range(first, last):
                 result[k] = columns[6 * k : 6 * k + 6, 6 * (k - first) : 6 * (k - first) + 6]
         return result
+
+    def interior_covariances(self) -> FloatArray:
+        """(K, 8, 8) of the cameras, where they are calibrated."""
+        first = 6 * self._images
+        unit = np.zeros((self._size, INTERIOR * self._cameras))
+        unit[first + np.arange(unit.shape[1]), np.arange(unit.shape[1])] = 1.0
+        columns = self._solve(unit)[first : first + unit.shape[1]]
+        return np.array(
+            [columns[k : k + INTERIOR, k : k + INTERIOR] for k in range(0, len(columns), INTERIOR)]
+        ).reshape(-1, INTERIOR, INTERIOR)
 
     def _solve(self, right: FloatArray) -> FloatArray:
         if self._factor is None:

@@ -1,4 +1,4 @@
-"""Given poses, refined by tie points where those that were kept out of the adjustment agree better afterwards."""
+"""Given poses, refined by tie points where those that were kept out of the adjustment agree better afterwards, and by control points."""
 
 from __future__ import annotations
 
@@ -8,47 +8,27 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.adjustment.block import Block, residuals
-from cityflow.adjustment.bundle import Adjusted, AdjustmentParameters, adjusted
+from cityflow.adjustment.bundle import Adjusted, AdjustmentParameters, Held, pixel_on_ground
+from cityflow.adjustment.calibration import calibrated_if_significant
+from cityflow.adjustment.control import Control, control_of
+from cityflow.adjustment.control_check import TO_CHECK, Agreement, agreement, placed
+from cityflow.adjustment.control_residuals import ControlFigures, point_residuals
+from cityflow.adjustment.gains import Gain, gained
 from cityflow.adjustment.tracks import Ties, spread
-from cityflow.adjustment.triangulation import triangulated
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
+from cityflow.core.control_points import ControlPoint
 
 KEPT_OUT = 5
 """Every so many-th tie point is kept out of the adjustment, to judge it; set by hand, as are those below."""
 CELLS = 12
 """Of the grid in which the tie points of an image are spread, along its longer side."""
-LEAST_GAIN_PX = 0.1
-"""Poses that are off by less are left as they are."""
-SURE = 2.0
-"""Standard deviations by which the gain must differ from nothing."""
-CAPPED = 4.0
-"""Residuals count up to this multiple of their usual size, so that mismatches do not judge."""
 FEW_TIES = 20
 """An image with fewer observations is weak."""
 WEAK_PX = 0.5
 """And one whose pose stays less certain than this, in its pixels."""
-
-
-@dataclass(frozen=True, slots=True)
-class Gain:
-    """What the adjustment does to tie points that it did not know.
-
-    Attributes
-    ----------
-    before_px, after_px : root mean square of their reprojection errors, single ones capped
-    error_px : of the given poses in the images: root of the difference of the squares, 0 where nothing was gained
-    score : mean gain of an image over its standard deviation
-    """
-
-    before_px: float
-    after_px: float
-    error_px: float
-    score: float
-
-    @property
-    def is_significant(self) -> bool:
-        return self.error_px >= LEAST_GAIN_PX and self.score >= SURE
+LEAST_TOLERANCE_PX = 5.0
+"""Control points may lie off a block that they do not hold yet by this, and three standard deviations of its positions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +44,7 @@ class Refinement:
     adjusted : the block;  origin : (3,) of its coordinates
     observations : (N,) of each image;  sigma_px : (N,) of each pose in its pixels, on the ground
     weak : names of images whose pose the ties do not hold
+    control : how far known points lie off; None where there are none
     """
 
     given: tuple[OrientedImage, ...]
@@ -75,6 +56,12 @@ class Refinement:
     observations: IntArray
     sigma_px: FloatArray
     weak: tuple[str, ...]
+    control: ControlFigures | None = None
+
+    @property
+    def is_taken(self) -> bool:
+        """Whether `images` are the adjusted ones: where ties that were kept out agree better, or control points hold the block."""
+        return self.gain.is_significant or bool(self.adjusted.held)
 
     @property
     def xyz(self) -> FloatArray:
@@ -82,51 +69,64 @@ class Refinement:
         return self.adjusted.block.xyz + self.origin
 
 
-def refined(images: Sequence[OrientedImage], ties: Ties, parameters: AdjustmentParameters) -> Refinement:
+def refined(
+    images: Sequence[OrientedImage], ties: Ties, parameters: AdjustmentParameters, points: Sequence[ControlPoint] = ()
+) -> Refinement:
     """Refine poses.
+
+    Parameters
+    ----------
+    points : known points, in the world of the images, whose marks name these
 
     Raises
     ------
     ValueError
-        The ties hold no block.
+        The ties hold no block, or the control points contradict one another.
     """
     origin = np.asarray(np.round(np.mean([i.centre for i in images], axis=0)), np.float64)
     given = Block.of(images, origin)
     chosen = spread(ties, [(i.camera.width, i.camera.height) for i in images], CELLS)
     out = np.arange(chosen.points) % KEPT_OUT == KEPT_OUT - 1
-    found = adjusted(given, chosen.of_points(~out), parameters)
-    gain = gained(given, found.block, chosen.of_points(out))
+    kept_out = chosen.of_points(out)
+    found = calibrated_if_significant(given, chosen.of_points(~out), kept_out, parameters)
     names = [i.name for i in images]
+    figures = None
+    if points:
+        control = control_of(points, {name: k for k, name in enumerate(names)}, origin)
+        agreed = agreement(control, found.block, _tolerance_m(found))
+        found, shift_known = _held(given, found, kept_out, parameters, control, agreed)
+        residual = point_residuals(control, agreed.good, found.block, agreed.doubts, names)
+        figures = ControlFigures(residual, found.shift, shift_known)
+    gain = gained(given, found.block, kept_out)
     observations = np.bincount(found.ties.image, minlength=len(images))
     sigma = _in_pixels(found)
     weak = tuple(n for n, o, s in zip(names, observations, sigma, strict=True) if o < FEW_TIES or s > WEAK_PX)
     poses, covariances = tuple(images), found.covariances
-    if gain.is_significant:
+    if gain.is_significant or found.held:
         poses = tuple(found.block.image(k, name, origin) for k, name in enumerate(names))
     else:
         variances = np.repeat([found.angle_sigma_rad**2, found.position_sigma_m**2], 3)
         covariances = np.broadcast_to(np.diag(variances), covariances.shape)
-    return Refinement(tuple(images), poses, covariances, gain, found, origin, observations, sigma, weak)
+    return Refinement(tuple(images), poses, covariances, gain, found, origin, observations, sigma, weak, figures)
 
 
-def gained(before: Block, after: Block, ties: Ties) -> Gain:
-    """Compare two sets of poses on ties that neither was adjusted to."""
-    squares = []
-    for block in (before, after):
-        left, _ = residuals(triangulated(block, ties), ties)
-        squares.append(np.sum(left**2, axis=1) / (2 * ties.sigma**2))
-    if not ties.points:
-        return Gain(0.0, 0.0, 0.0, 0.0)
-    # points on two rays only have a single redundant coordinate
-    spare = (2.0 * ties.lengths / np.maximum(2 * ties.lengths - 3, 1))[ties.point]
-    limit = CAPPED**2 * float(np.median(squares[0] * spare))
-    first, second = (np.minimum(s * spare, limit) for s in squares)
-    count = np.bincount(ties.image)
-    seen = count > 0
-    each = np.bincount(ties.image, first - second)[seen] / count[seen]
-    score = float(np.mean(each) / max(np.std(each) / np.sqrt(len(each)), 1e-12)) if len(each) > 1 else 0.0
-    was, now = float(np.mean(first)), float(np.mean(second))
-    return Gain(float(np.sqrt(was)), float(np.sqrt(now)), float(np.sqrt(max(was - now, 0.0))), score)
+def _tolerance_m(found: Adjusted) -> float:
+    return LEAST_TOLERANCE_PX * pixel_on_ground(found.block, found.ties) + 3.0 * found.position_sigma_m
+
+
+def _held(
+    given: Block, found: Adjusted, kept_out: Ties, parameters: AdjustmentParameters, control: Control, agreed: Agreement
+) -> tuple[Adjusted, bool]:
+    """The block, held by the control points that agree; whether these are enough to tell the shift of all given positions."""
+    which = control.holds & agreed.good
+    if not which.any():
+        return found, False
+    enough = int((which & np.isfinite(control.xyz).all(axis=1)).sum()) >= TO_CHECK
+    start = placed(found.block, agreed.similarity) if enough else found.block
+    shift = np.mean(start.centres - given.centres, axis=0) if enough else None
+    chosen = parameters.model_copy(update={"calibrate": True}) if found.calibrated else parameters
+    held = Held(control.of_points(which), start, shift)
+    return calibrated_if_significant(given, found.ties, kept_out, chosen, held), enough
 
 
 def _in_pixels(found: Adjusted) -> FloatArray:

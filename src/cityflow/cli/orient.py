@@ -34,11 +34,17 @@ def orient(
         ),
     ] = None,
     control: Annotated[
-        Path | None, typer.Option(help="Photographs: control points with marks (docs/control_points.md)")
+        Path | None,
+        typer.Option(
+            help="Control and check points with their marks: our CSV, gcp_list.txt, Metashape, Pix4D (docs/control_points.md)"
+        ),
     ] = None,
     marks: Annotated[
-        Path | None, typer.Option(help="Photographs: marks of the control points, where these have a file of their own")
+        Path | None, typer.Option(help="Marks of the control points, where these have a file of their own (Pix4D)")
     ] = None,
+    control_crs: Annotated[
+        str, typer.Option(help="Catalog: CRS of the control points, where their file states none: EPSG:25832+7837")
+    ] = "",
     scale: Annotated[
         float | None,
         typer.Option(min=0.01, help="Photographs: median height over the ground, metres, where nothing else is known"),
@@ -76,12 +82,13 @@ def orient(
             run_workflow(file, str(out), city, (), "", scheduler, workers, options.console, Talk.NORMAL)
         return
     look_at_catalog(catalog)
-    if control or marks or scale or local or crs or city or workflow:
+    if scale or local or crs or city or workflow:
         remedy = "leave it out, or name a folder of photographs"
         raise CityflowError("this option is for photographs without poses", where=catalog, remedy=remedy)
     from cityflow.io.catalog.stac import read_catalog
-    from cityflow.workflow.orient import orient_catalog, orient_parameters
+    from cityflow.workflow.orient import control_in, orient_catalog, orient_parameters
 
     parameters = orient_parameters(settings or [])
     given = read_catalog(catalog, allow_outside=allow_outside)
-    orient_catalog(given, out, folder, parameters, scheduler, workers, options.console)
+    points = control_in(given, control, marks, control_crs) if control is not None else None
+    orient_catalog(given, out, folder, parameters, scheduler, workers, options.console, points)

@@ -41,7 +41,7 @@ class ControlPoint:
     Attributes
     ----------
     name : unique in its set
-    xyz : (3,) float64, in the set's CRS: east, north (or longitude, latitude in degrees), height
+    xyz : (3,) float64, in the set's CRS: east, north (or longitude, latitude in degrees), height, NaN where that is unknown
     sigmas_m : standard deviations of the three, metres; None where they are not stated
     role : control or check
     marks : in the order of images, each image once

@@ -14,8 +14,10 @@ from typing import Any
 from pydantic import ValidationError
 from rich.console import Console
 
+from cityflow.adjustment.control import LEAST_MARKS
 from cityflow.catalog.write_folder import refuse_foreign_folder, store_catalog
 from cityflow.core.building import Status
+from cityflow.core.control_points import ControlPoints
 from cityflow.core.parameters import merged
 from cityflow.errors import CatalogError, RunError, WorkflowError
 from cityflow.flow.cluster import connect, threads_of
@@ -29,14 +31,20 @@ from cityflow.flow.task_source import Source
 from cityflow.handover.refined_block import RefinedPose, decode_poses
 from cityflow.io.catalog.stac import Catalog
 from cityflow.io.catalog.stac_assets import ImageAsset
+from cityflow.io.control_points.marked_images import with_catalog_names
+from cityflow.io.control_points.read_points import read_control_points
+from cityflow.io.control_points.references import in_crs
+from cityflow.io.crs import crs_of, resolve
 from cityflow.io.tables.feature_ids import listing
 from cityflow.orientation.sights import looks_level
 from cityflow.orientation.views import View, footprint
+from cityflow.reporting.orientation_words import control_lines
 from cityflow.runs.settings import explain_invalid, parse_setting
-from cityflow.stages.orient import ADJUST, BLOCK, FEATURES, TIES, OrientParameters, OrientSource
+from cityflow.stages.orient import ADJUST, BLOCK, BLOCK_FILE, FEATURES, TIES, OrientParameters, OrientSource
 from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS
 
 REPORT = "orientation.json"
+OF_AN_IMAGE = ("observations", "reprojection_px", "sigma_px", "position_sigmas_m", "angle_sigmas_deg", "covariance")
 SECONDS = {FEATURES: 20.0, TIES: 5.0, ADJUST: 30.0, PAIRS: 10.0, MATCHES: 5.0, MAP: 60.0}
 """Of a task, before some are done."""
 FEWEST = 3
@@ -63,12 +71,14 @@ def orient_catalog(
     scheduler: str,
     workers: int,
     console: Console,
+    control: ControlPoints | None = None,
 ) -> Catalog:
     """Refine the poses of a catalog, and write the catalog that has them; all else in it stays.
 
     Parameters
     ----------
     out : folder of the new catalog;  work : folder of features, ties and records: what is there already is kept
+    control : known points in the catalog's CRS, with its names of images; see `control_in`
 
     Raises
     ------
@@ -83,7 +93,10 @@ def orient_catalog(
         problem = f"the catalog has {len(flown)} images from the air, {FEWEST} are needed"
         raise CatalogError(problem, where=given.href, remedy="make it with --images and an orientation")
     refuse_other_work(work)
-    store, source = Store.open(str(work)), OrientSource(flown, parameters)
+    for note in control.notes if control is not None else ():
+        say(console, note)
+    points = control.points if control is not None else ()
+    store, source = Store.open(str(work)), OrientSource(flown, parameters, points)
     store.check_writable()
     if not source.pairs:
         raise CatalogError("no two images see the same ground", where=given.href, remedy="cityflow catalog check")
@@ -97,15 +110,44 @@ def orient_catalog(
             raise RunError(f"the block could not be adjusted: {reason}", where=str(work), remedy="see docs/orient.md")
         failed = sorted(u for u in ledger.units(FEATURES) if _failed(ledger, u) and u in source.partners)
     summary = dict(record.result)
-    poses = decode_poses(json.loads(store.read_bytes(next(iter(record.outputs)))))
+    outputs = {Path(path).name: path for path in record.outputs}
+    block = json.loads(store.read_bytes(outputs[BLOCK_FILE]))
+    poses = decode_poses(block)
     images = tuple(_with_pose(a, poses[a.name]) if a.name in poses else a for a in given.images)
     made = store_catalog(replace(given, href=str(out.absolute()), images=images, made_in=""), out, copy=False)
-    report = {"summary": summary, "left_out": failed, "parameters": parameters.model_dump(mode="json")}
+    report = {
+        "summary": summary, "cameras": block["cameras"], "left_out": failed, "parameters": parameters.model_dump(mode="json"),
+        "images": {i["name"]: {key: i[key] for key in OF_AN_IMAGE} for i in block["images"]},
+    }  # fmt: skip
     (out / REPORT).write_text(json.dumps(report, indent=1, sort_keys=True) + "\n")
     for line in described(summary, failed):
         say(console, line)
     say(console, f"Catalog written to {out}. Next: cityflow run WORKFLOW --catalog {shlex.quote(str(out))}")
     return made
+
+
+def control_in(given: Catalog, path: Path, marks: Path | None = None, crs: str = "") -> ControlPoints:
+    """Known points in the catalog's CRS, with its names of images.
+
+    Parameters
+    ----------
+    path : as `read_control_points`;  marks : file of marks, for Pix4D
+    crs : of the points, where their file states none
+
+    Raises
+    ------
+    CatalogError
+        The file cannot be read or led to the catalog's CRS, or no point is marked in two images of the catalog.
+    """
+    own = crs_of(resolve(crs)) if crs else None
+    found = in_crs(read_control_points(path, marks), crs_of(given.reference), own)
+    named = with_catalog_names(found, {a.name: a.href for a in given.images})
+    if not any(len(p.marks) >= LEAST_MARKS for p in named.points):
+        problem = f"none of its {len(named.points)} points is marked in two images of the catalog"
+        raise CatalogError(problem, where=str(path), remedy="check the names of images; see docs/control_points.md")
+    short = [p.name for p in named.points if len(p.marks) < LEAST_MARKS]
+    notes = (f"marked in fewer than {LEAST_MARKS} images and not used: {listing(short)}",) if short else ()
+    return replace(named, notes=(*named.notes, *notes))
 
 
 def described(summary: Mapping[str, Any], failed: Sequence[str]) -> Iterator[str]:
@@ -115,10 +157,17 @@ def described(summary: Mapping[str, Any], failed: Sequence[str]) -> Iterator[str
         f"given poses are off by {summary['position_sigma_m'] * 100:.1f} cm and {summary['angle_sigma_deg']:.4f}° (estimated)"
     )
     change = f"{summary['check_before_px']:.2f} → {summary['check_after_px']:.2f} px on tie points that were kept out"
-    if summary["refined"]:
+    if summary["better"]:
         yield f"Poses refined: {change}; centres move by {summary['median_move_m'] * 100:.1f} cm in the median"
+    elif summary["refined"]:
+        yield f"Poses follow the control points; tie points alone would have left them as given: {change}"
     else:
         yield f"Poses stay as given, as refined ones are not significantly better: {change}"
+    if summary["calibrated"]:
+        yield "Cameras calibrated: see cameras in orientation.json"
+    elif summary["cameras_doubtful"]:
+        yield "Cameras seem to be off, and poses make up for it: see cameras in orientation.json, and --set adjustment.calibrate=true"
+    yield from control_lines(summary["control"]) if "control" in summary else ()
     if summary["weak"]:
         yield f"Weak: {listing(summary['weak'])}: few or no tie points hold their poses"
     if failed:

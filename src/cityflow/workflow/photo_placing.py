@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -88,7 +88,9 @@ def known_control(placing: Placing) -> tuple[ControlPoints, Reference] | None:
     else:
         remedy = "name it with --crs EPSG:n, or --crs local for metres of their own"
         raise CatalogError("the control points state no CRS", where=str(placing.control), remedy=remedy)
-    return in_crs(given, crs_of(reference)), reference
+    # a similarity of seven parameters needs whole places
+    whole = tuple(p for p in given.points if np.isfinite(p.xyz).all())
+    return in_crs(replace(given, points=whole), crs_of(reference)), reference
 
 
 def refuse_without_scale(placing: Placing, photos: Sequence[PhotoMetadata]) -> None:

@@ -43,10 +43,10 @@ class Collected:
         Raises
         ------
         CatalogError
-            Where they differ from those of before, are not finite, or a standard deviation is not positive.
+            Where they differ from those of before, are not finite (a height may be NaN: unknown), or a standard deviation is not positive.
         """
         x, y, z = xyz
-        if not np.isfinite(xyz).all():
+        if not np.isfinite([x, y]).all() or np.isinf(z):
             raise self._error(f"point {name}: {x:g}, {y:g}, {z:g} is no place", line, "give three coordinates")
         if sigmas is not None and not all(s > 0 and np.isfinite(s) for s in sigmas):
             listed = ", ".join(f"{s:g}" for s in sigmas)
@@ -56,7 +56,7 @@ class Collected:
                 "leave them empty where they are unknown",
             )
         known = self.points.setdefault(name, _Point())
-        if known.xyz is not None and known.xyz != (x, y, z):
+        if known.xyz is not None and not np.array_equal(known.xyz, (x, y, z), equal_nan=True):
             before = ", ".join(f"{v:.12g}" for v in known.xyz)
             raise self._error(
                 f"point {name} has other coordinates than before ({before})", line, "give each point one name"
@@ -91,6 +91,9 @@ class Collected:
             notes += (
                 f"{self.path}: marks of {', '.join(left)} have no coordinates and are not used → give their coordinates",
             )
+        flat = sorted(n for n, p in self.points.items() if p.xyz is not None and np.isnan(p.xyz[2]))
+        if flat:
+            notes += (f"{self.path}: {', '.join(flat)} have no height and are used in plan alone",)
         points = tuple(
             ControlPoint(
                 name, np.array(p.xyz, np.float64), p.sigmas, p.role, tuple(p.marks[i] for i in sorted(p.marks))

@@ -1,12 +1,15 @@
 """``gcp_list.txt`` of OpenDroneMap: the CRS, then a line for each mark: x, y, z, column, row, image, perhaps the point's name.
 
 Columns and rows count from the centre of the first pixel. Lines without a name belong to one point where their coordinates are the same.
+A height NaN is unknown: the point is used in plan alone.
 """
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
+
+import numpy as np
 
 from cityflow.core.control_points import ControlPoints, Mark, Role
 from cityflow.errors import CatalogError
@@ -36,16 +39,17 @@ def read_gcp_list(path: str | Path) -> ControlPoints:
         raise CatalogError("the list has no points", where=str(path), remedy=REMEDY)
     crs = wkt_of(_plain(data[0][1]), f"{path}:{data[0][0]}")
     collected = Collected(str(path))
-    unnamed: dict[tuple[float, ...], str] = {}
+    unnamed: dict[tuple[float, float, str], str] = {}
     for line, text in data[1:]:
         fields = text.split("\t") if text.count("\t") >= 5 else text.split()
         try:
-            x, y, z, col, row = numbers(fields, 5, "the line")
+            x, y, col, row = numbers([*fields[:2], *fields[3:5]], 4, "the line")
+            z = np.nan if fields[2].lower() == "nan" else numbers(fields[2:3], 1, "the height")[0]
             if len(fields) < 6:
                 raise ValueError("the line names no image")
         except ValueError as error:
             raise CatalogError(str(error), where=f"{path}:{line}", remedy=REMEDY) from error
-        name = fields[6].strip() if len(fields) > 6 else unnamed.setdefault((x, y, z), f"point {len(unnamed) + 1}")
+        name = fields[6].strip() if len(fields) > 6 else unnamed.setdefault((x, y, str(z)), f"point {len(unnamed) + 1}")
         role = Role.CHECK if name.upper().startswith("CHK") else Role.CONTROL
         collected.place(name, (x, y, z), line, role=role)
         collected.mark(name, Mark(fields[5].strip().replace("%20", " "), col + TO_CORNER, row + TO_CORNER), line)

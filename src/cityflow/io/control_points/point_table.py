@@ -1,7 +1,7 @@
 """cityflow's own table of control points: CSV with a header; a line for each point, or for each mark of a point.
 
 Columns: ``point``, ``x``, ``y``, ``z``; ``sigma`` or ``sigma_xy`` and ``sigma_z`` (metres); ``role`` (control or check); ``image``, ``col``, ``row``,
-``sigma_px``. Coordinates may stand in the first line of a point only. A comment ``# crs: EPSG:25832+7837`` states the CRS.
+``sigma_px``. Coordinates may stand in the first line of a point only; a height ``nan`` is unknown. A comment ``# crs: EPSG:25832+7837`` states the CRS.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Mapping
+from math import nan
 from pathlib import Path
 
 from cityflow.core.control_points import ControlPoints, Mark, Role
@@ -56,7 +57,9 @@ def _take(collected: Collected, row: Mapping[str, str], line: int) -> None:
     if not name:
         raise ValueError("the point has no name")
     if any(c in row for c in "xyz"):
-        xyz = numbers([row.get(c, "") for c in "xyz"], 3, f"point {name}")
+        unknown = row.get("z", "").lower() == "nan"
+        plan = numbers([row.get(c, "") for c in ("xy" if unknown else "xyz")], 2 if unknown else 3, f"point {name}")
+        xyz = [*plan, nan] if unknown else plan
         role = row.get("role", Role.CONTROL).lower()
         if role not in tuple(Role):
             raise ValueError(f"role {role!r} of point {name} is neither control nor check")

@@ -63,8 +63,10 @@ def in_crs(
             f"no transformation from {own.name} to {target.name}", remedy="transform the points beforehand"
         )
     best, old = group.transformers[0], points.coordinates
-    plan = old if heights else old[:, :2]
+    unknown = np.isnan(old[:, 2])
+    plan = np.where(np.isnan(old), 0.0, old) if heights else old[:, :2]
     new = np.column_stack([*best.transform(*plan.T), *([] if heights else [old[:, 2]])])
+    new[unknown, 2] = np.nan
     return _inside(points.at(new, target.to_wkt(), *_notes(own, target, heights, group, what)), target, what)
 
 
@@ -82,7 +84,7 @@ def _inside(points: ControlPoints, target: CRS, what: str) -> ControlPoints:
 
 def _far_outside(xyz: FloatArray, crs: CRS) -> BoolArray:
     """(N,) which places are none, or lie more than `BEYOND_DEG` from the area that the CRS is made for, where that is known."""
-    away = np.asarray(~np.isfinite(xyz).all(axis=1))
+    away = np.asarray(~np.isfinite(xyz[:, :2]).all(axis=1) | np.isinf(xyz[:, 2]))
     area = crs.area_of_use or _flat(crs).area_of_use
     if area is None:
         return away

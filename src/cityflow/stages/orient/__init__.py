@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from cityflow.adjustment.bundle import AdjustmentParameters
+from cityflow.adjustment.control_check import ContradictionError
 from cityflow.adjustment.descriptor_matching import MatchingParameters
 from cityflow.adjustment.features import FeatureParameters, find_features
 from cityflow.adjustment.guided_matching import guided_matches
@@ -19,14 +20,16 @@ from cityflow.adjustment.pair_check import agreeing
 from cityflow.adjustment.refinement import refined
 from cityflow.adjustment.tracks import tied
 from cityflow.core.building import Status
+from cityflow.core.control_points import ControlPoint
 from cityflow.core.parameters import Parameters
 from cityflow.errors import CatalogError
 from cityflow.flow.task import Json, Limits, Outcome, Record, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.field_types import OrientedField
+from cityflow.handover.known_points import KnownPoint, control_points, known_points
 from cityflow.handover.oriented import to_json
-from cityflow.handover.refined_block import encode_refinement
+from cityflow.handover.refined_block import encode_points, encode_refinement
 from cityflow.handover.source_file import SourceFile
 from cityflow.handover.tie_files import decode_features, decode_matches, encode_features, encode_matches
 from cityflow.io.catalog.stac_assets import ImageAsset
@@ -38,10 +41,10 @@ from cityflow.orientation.views import View
 
 FEATURES, TIES, ADJUST = "features", "ties", "adjust"
 STAGES = (FEATURES, TIES, ADJUST)
-VERSION = 2
+VERSION = 3
 BLOCK = "block"
 """The one unit of the adjustment."""
-FEATURES_FILE, TIES_FILE, BLOCK_FILE = "features.bin", "ties.bin", "block.json"
+FEATURES_FILE, TIES_FILE, BLOCK_FILE, POINTS_FILE = "features.bin", "ties.bin", "block.json", "points.npy"
 LEAST_TIES, LEAST_SHARE = 15, 0.35
 """Matches of a pair that agree, and their share of all: fewer may agree by chance; set by hand on synthetic flights."""
 ONE_IMAGE, WHOLE_BLOCK = Limits(time_s=3600, memory_mb=6000), Limits(time_s=6 * 3600, memory_mb=16000)
@@ -86,10 +89,11 @@ class TieInputs(TaskInputs):
 
 @dataclass(frozen=True, slots=True)
 class BlockInputs(TaskInputs):
-    """All images, and RUN-relative paths of the ties of those that have partners."""
+    """All images, RUN-relative paths of the ties of those that have partners, and points whose places are known."""
 
     images: tuple[TieImage, ...]
     ties: Mapping[str, str]
+    points: tuple[KnownPoint, ...]
 
 
 @dataclass
@@ -99,10 +103,12 @@ class OrientSource:
     Parameters
     ----------
     assets : images of the catalog
+    points : control and check points in its CRS, whose marks name its images
     """
 
     assets: tuple[ImageAsset, ...]
     parameters: OrientParameters
+    points: tuple[ControlPoint, ...] = ()
     _ended: dict[str, dict[str, Record]] = field(default_factory=lambda: {FEATURES: {}, TIES: {}}, init=False)
 
     def __post_init__(self) -> None:
@@ -162,14 +168,18 @@ class OrientSource:
     def _block(self) -> Task:
         names = [n for n in sorted(self.partners) if self._has_features(n)]
         ties = {n: r for n, r in sorted(self._ended[TIES].items()) if r.status is not Status.FAILED}
+        points = known_points(self.points)
+        given = BlockInputs(
+            tuple(map(self._tie_image, names)), {n: next(iter(r.outputs)) for n, r in ties.items()}, points
+        )
         return Task(
             ADJUST, BLOCK, "cityflow.stages.orient:run_adjust", VERSION, parameters=as_json(self.parameters.adjustment),
             inputs={
                 **{f"image {n}": self._digest(n) for n in names},
                 **{f"ties {n}": digest_of(list(r.outputs.values())) for n, r in ties.items()},
+                **({"points": digest_of([as_json(p) for p in points])} if points else {}),
             },
-            arguments=as_json(BlockInputs(tuple(map(self._tie_image, names)), {n: next(iter(r.outputs)) for n, r in ties.items()})),
-            limits=WHOLE_BLOCK,
+            arguments=as_json(given), limits=WHOLE_BLOCK,
         )  # fmt: skip
 
     def _has_features(self, name: str) -> bool:
@@ -246,7 +256,7 @@ def run_adjust(workspace: Workspace, task: Task) -> Outcome:
     Raises
     ------
     CatalogError
-        The images show nothing in common where their poses have it.
+        The images show nothing in common where their poses have it, or control points contradict one another.
     """
     given = task.arguments_as(BlockInputs)
     number = {each.image.name: k for k, each in enumerate(given.images)}
@@ -257,11 +267,16 @@ def run_adjust(workspace: Workspace, task: Task) -> Outcome:
         for other, pairs in decode_matches(workspace.read(path)).items()
     }
     ties = tied(matches, [f.uv for f in features], [f.scale for f in features])
+    images, points = [each.image for each in given.images], control_points(given.points)
     try:
-        found = refined([each.image for each in given.images], ties, task.parameters_as(AdjustmentParameters))
+        found = refined(images, ties, task.parameters_as(AdjustmentParameters), points)
+    except ContradictionError as error:
+        remedy = "check names, coordinates, their CRS, and marks; one point is wrong where the others agree"
+        raise CatalogError(str(error), where="the control points", remedy=remedy) from error
     except ValueError as error:
         remedy = "check the orientation (cityflow catalog check), or give more room with --set bound_px=…"
         raise CatalogError(str(error), where="the images' ties", remedy=remedy) from error
     text, summary = encode_refinement(found)
+    workspace.write(POINTS_FILE, encode_points(found))
     workspace.write(BLOCK_FILE, json.dumps(text, sort_keys=True, separators=(",", ":"), allow_nan=False).encode())
     return workspace.outcome(result=summary)

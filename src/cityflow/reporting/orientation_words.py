@@ -1,0 +1,46 @@
+"""Known points of an orientation in lines for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import hypot
+from typing import Any
+
+FAR_M = 1.0
+"""A common shift of given positions from which on another datum is likely; set by hand."""
+
+
+def control_lines(control: Mapping[str, Any]) -> Iterator[str]:
+    """Residuals of control and check points, what is wrong with single ones, and the shift of all given positions."""
+    points = control["points"]
+    for role, name in (("control", "Control points"), ("check", "Check points")):
+        used = [p for p in points if p["role"] == role and p["used"]]
+        if not used:
+            continue
+        plan, up = control[f"{role}_rms_m"]
+        yield f"{name}: {len(used)}, root mean square {plan * 100:.1f} cm in plan, {up * 100:.1f} cm in height"
+        for p in used:
+            yield f"  {_residual(p)}"
+    for p in points:
+        if "problem" in p:
+            left_out = "" if p["used"] else " It is left out."
+            yield f"{p['role'].capitalize()} point {p['name']}: {p['problem']}.{left_out} → {p['remedy']}"
+    shift = control["shift_of_given_positions_m"]
+    if shift is None:
+        yield "Fewer than three control points hold the block: a common shift of the given positions could not be told"
+        return
+    east, north, up = shift
+    yield f"Given positions lie off the control points together by {east:+.3f}, {north:+.3f}, {up:+.3f} m (east, north, up); this is taken out"
+    if hypot(*shift) > FAR_M:
+        what = (
+            "heights of another datum (ellipsoid or geoid), or an antenna's height"
+            if abs(up) > hypot(east, north)
+            else "another datum"
+        )
+        yield f"That is much: {what} is likely in the positions or in the control points; the control points are taken"
+
+
+def _residual(point: Mapping[str, Any]) -> str:
+    east, north, up = point["off_m"]
+    height = "no height" if up is None else f"{up * 100:+.1f} cm up"
+    return f"{point['name']}: {east * 100:+.1f} cm east, {north * 100:+.1f} cm north, {height}; {point['marks']} marks, {point['mark_px']:.2f} px"
