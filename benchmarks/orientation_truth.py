@@ -21,9 +21,9 @@ from pathlib import Path
 import numpy as np
 
 from cityflow.core.camera import OrientedImage
-from cityflow.evaluation.block import block_figures
 from cityflow.evaluation.models import compare_model
 from cityflow.evaluation.poses import pose_figures
+from cityflow.evaluation.relative_accuracy import block_figures
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.orientation.colmap import read_colmap
 from cityflow.stages.synth.synthetic_survey import SynthParameters, town_of

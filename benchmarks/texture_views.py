@@ -14,9 +14,9 @@ from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.texture import FIRST_IMAGE, FacePlane
+from cityflow.geometry.polygon_triangulation import triangulate_polygon
 from cityflow.geometry.polyhedron import triangulate
 from cityflow.geometry.textured_view import TexturedTriangles, TexturedView, draw_textured
-from cityflow.geometry.triangulation import triangulate_polygon
 from cityflow.synthetic.render import RenderParameters, render, truth_depth
 from cityflow.texture.pages import corners_on_page, pages_of, uvd
 from cityflow.texture.placement.place import PlacementParameters, place

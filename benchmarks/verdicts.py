@@ -1,7 +1,7 @@
 """Verdicts against the truth of synthetic towns: makes cases, fits the calibration on some towns, judges it on others.
 
     python benchmarks/verdicts.py --cache FOLDER                    # judge the committed calibration on towns that it was not fitted on
-    python benchmarks/verdicts.py --cache FOLDER --fit --write      # fit it anew, and write it into `reconstruction/verdicts/calibration.py`
+    python benchmarks/verdicts.py --cache FOLDER --fit --write      # fit it anew, and write it into `reconstruction/verdicts/fitted_weights.py`
 
 A town has some 110 units (`verdict_cases.py`): half of them sound, the others spoilt in one of fourteen ways, at 0.7 to 20 points per m², and eight cluttered
 old houses. The threshold of `good` is set on the towns of the fit, each judged by a fit to the others: the least with the shares aimed at. A town takes
@@ -22,9 +22,9 @@ from scipy.optimize import minimize
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.verdicts import Verdict
-from cityflow.reconstruction.verdicts import calibration as calibration_module
-from cityflow.reconstruction.verdicts.calibration import Logistic, Term
+from cityflow.reconstruction.verdicts import fitted_weights as weights_module
 from cityflow.reconstruction.verdicts.figures import Figures
+from cityflow.reconstruction.verdicts.fitted_weights import Logistic, Term
 from cityflow.reconstruction.verdicts.judge import judged_model
 from cityflow.reconstruction.verdicts.verdict import judgement_of, probability_of
 from verdict_cases import Case, cases_of, true_share
@@ -193,7 +193,7 @@ def main() -> None:
         written = calibration(rows)
         print(written)
         if asked.write:
-            path = Path(calibration_module.__file__)
+            path = Path(weights_module.__file__)
             path.write_text(path.read_text().partition(FIRST)[0] + written)
     else:
         report([r for seed in asked.judged for r in rows_of(seed, asked.cache, asked.surveys)])

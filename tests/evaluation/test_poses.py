@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cityflow.core.camera import OrientedImage
-from cityflow.evaluation.block import block_figures
 from cityflow.evaluation.poses import angle_deg, pose_figures
+from cityflow.evaluation.relative_accuracy import block_figures
 from cityflow.synthetic.flight import plan_flight, small_rotation
 from cityflow.synthetic.flight_presets import preset
 from cityflow.synthetic.pose_noise import PoseErrors, with_pose_noise

@@ -14,9 +14,9 @@ from cityflow.core.control_points import ControlPoint, ControlPoints, Mark, Role
 from cityflow.core.photo_metadata import GnssPosition, HeightKind, PhotoMetadata
 from cityflow.io.control_points.point_table import read_point_table
 from cityflow.io.control_points.point_table_write import point_table_text
+from cityflow.io.images.exif_and_xmp import photo_metadata
 from cityflow.io.images.exif_write import with_exif
 from cityflow.io.images.image_write import jpeg_bytes
-from cityflow.io.images.photo_metadata import photo_metadata
 
 PLAIN = jpeg_bytes(np.random.default_rng(1).integers(0, 255, (48, 64, 3), np.uint8), 90)
 PHOTO = PhotoMetadata(

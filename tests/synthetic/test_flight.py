@@ -10,8 +10,8 @@ import shapely
 
 from cityflow.core.camera import OrientedImage
 from cityflow.errors import CityflowError
-from cityflow.evaluation.block import block_figures, whole_error
 from cityflow.evaluation.poses import angle_deg
+from cityflow.evaluation.relative_accuracy import block_figures, whole_error
 from cityflow.synthetic.flight import FlightParameters, Head, plan_flight
 from cityflow.synthetic.flight_presets import PRESETS, preset
 from cityflow.synthetic.footprints import ground_quad

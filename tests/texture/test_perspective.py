@@ -15,8 +15,8 @@ from cityflow.core.pixels import ArrayPixels
 from cityflow.core.run_lengths import RunLengthMask
 from cityflow.core.texture import FaceGrid, FacePlane, SeenFace
 from cityflow.evaluation.texel_shifts import texel_shifts
+from cityflow.geometry.polygon_triangulation import triangulate_polygon
 from cityflow.geometry.textured_view import TexturedTriangles, draw_textured
-from cityflow.geometry.triangulation import triangulate_polygon
 from cityflow.texture.pages import uvd
 from cityflow.texture.patches.compose import FaceSources
 from cityflow.texture.patches.make import FacePatches, make_patches

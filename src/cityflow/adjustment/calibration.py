@@ -6,7 +6,7 @@ import numpy as np
 
 from cityflow.adjustment.block import Block, with_interior
 from cityflow.adjustment.bundle import Adjusted, AdjustmentParameters, Held, adjusted
-from cityflow.adjustment.gains import SURE, gained
+from cityflow.adjustment.kept_out_ties import SURE, gained
 from cityflow.adjustment.tracks import Ties
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import Camera

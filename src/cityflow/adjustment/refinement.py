@@ -13,7 +13,7 @@ from cityflow.adjustment.calibration import calibrated_if_significant
 from cityflow.adjustment.control import Control, control_of
 from cityflow.adjustment.control_check import TO_CHECK, Agreement, agreement, placed
 from cityflow.adjustment.control_residuals import ControlFigures, point_residuals
-from cityflow.adjustment.gains import Gain, gained
+from cityflow.adjustment.kept_out_ties import Gain, gained
 from cityflow.adjustment.tracks import Ties, spread
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.camera import OrientedImage

@@ -8,8 +8,8 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.texture import FacePlane, Patch
 from cityflow.evaluation.textures import on_face
+from cityflow.geometry.polygon_triangulation import triangulate_polygon
 from cityflow.geometry.textured_view import TexturedTriangles, draw_textured
-from cityflow.geometry.triangulation import triangulate_polygon
 
 
 def texel_shifts(face: FacePlane, patch: Patch, view: OrientedImage, *, divide: bool = True) -> FloatArray:

@@ -13,8 +13,8 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Polyhedron
+from cityflow.geometry.polygon_triangulation import triangulate_faces
 from cityflow.geometry.recent import remembered
-from cityflow.geometry.triangulation import triangulate_faces
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,9 +14,9 @@ from cityflow.core.arrays import ByteArray, FloatArray, IntArray
 from cityflow.core.building import Building, Lod
 from cityflow.core.grid import Bounds, bounds_meet, grown
 from cityflow.flow.store import Store
+from cityflow.geometry.polygon_triangulation import triangulate_faces
 from cityflow.geometry.polyhedron import FaceArrays, project, projection_normals
 from cityflow.geometry.textured_view import TexturedTriangles
-from cityflow.geometry.triangulation import triangulate_faces
 from cityflow.handover.texture_files import PAGES
 from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.reporting.atlas_cell_faces import AtlasCellFaces

@@ -21,8 +21,8 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.block import failed_block
 from cityflow.handover.colour_images import ColourRows
+from cityflow.handover.fallback_block import failed_block
 from cityflow.handover.layer_files import GivenOrtho, given_colours
 from cityflow.handover.outline_lines import OutlineAt
 from cityflow.handover.surfaces import Surfaces

@@ -7,7 +7,7 @@ import shapely
 
 from cityflow.core.building import RoofPlane
 from cityflow.core.grid import Bounds
-from cityflow.geometry.triangulation import triangulate_polygon
+from cityflow.geometry.polygon_triangulation import triangulate_polygon
 from cityflow.synthetic.mesh import Material, Part
 from cityflow.synthetic.roofs import MAIN, TruthFace
 from cityflow.synthetic.terrain import Terrain

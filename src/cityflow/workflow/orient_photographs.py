@@ -17,7 +17,7 @@ from cityflow.adjustment.mapping import MappedModel
 from cityflow.catalog.create import create_catalog
 from cityflow.catalog.image_files import ImageFiles
 from cityflow.catalog.orientation import ImageSource
-from cityflow.catalog.photographs import PhotoFolder, photo_folder
+from cityflow.catalog.photo_folder import PhotoFolder, photo_folder
 from cityflow.catalog.write_folder import refuse_foreign_folder
 from cityflow.core.building import Status
 from cityflow.core.control_points import ControlPoints

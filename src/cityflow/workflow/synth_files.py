@@ -20,7 +20,7 @@ from cityflow.io.rasters.raster import write_vrt
 from cityflow.io.tables.outlines_gpkg import Layer, write_geopackage
 from cityflow.stages.synth import DAY, LAYERS, TRUTH_TILE_M, SynthSource, clipped, picture_path, truth_grid, writes_jpeg
 from cityflow.stages.synth.synthetic_survey import SynthParameters, town_of
-from cityflow.synthetic.control import measured_control, true_control
+from cityflow.synthetic.control_marks import measured_control, true_control
 from cityflow.synthetic.town import Town
 from cityflow.synthetic.town_truth import town_truth
 

@@ -16,8 +16,8 @@ from cityflow.core.verdicts import Verdict, verdict_counts
 from cityflow.reconstruction import extruded
 from cityflow.reconstruction.extruded import ExtrudedParameters
 from cityflow.reconstruction.model import ModelParameters
-from cityflow.reconstruction.verdicts.calibration import MATCHED, SCANNED
 from cityflow.reconstruction.verdicts.figures import Figures
+from cityflow.reconstruction.verdicts.fitted_weights import MATCHED, SCANNED
 from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
 from cityflow.reconstruction.verdicts.verdict import judgement_of, probability_of
 from roof_scenes import OUTLINE, SCENES, scan

@@ -14,7 +14,7 @@ from cityflow.core.pixels import ArrayPixels
 from cityflow.core.run_lengths import RunLengthMask
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE, FaceGrid, FacePlane, Patch
 from cityflow.errors import CatalogError
-from cityflow.geometry.triangulation import triangulate_polygon
+from cityflow.geometry.polygon_triangulation import triangulate_polygon
 from cityflow.texture.patches.compose import FaceSources
 from cityflow.texture.patches.make import FacePatches, make_patches
 from cityflow.texture.patches.patch_parameters import PatchParameters

@@ -13,8 +13,8 @@ import numpy as np
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Building, Face, Lod, Polyhedron
 from cityflow.core.texture import BuildingTexture, Colour, FaceTexture, PlainFace, Shell
+from cityflow.geometry.polygon_triangulation import triangulate_faces
 from cityflow.geometry.polyhedron import face_arrays, project, projection_normals
-from cityflow.geometry.triangulation import triangulate_faces
 from cityflow.io.city_models.appearance import BARE, Appearance, Look, looks_of
 from cityflow.io.city_models.obj import MATERIALS
 

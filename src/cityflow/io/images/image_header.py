@@ -21,7 +21,7 @@ from cityflow.core.camera import Camera
 from cityflow.core.photo_metadata import PhotoMetadata
 from cityflow.errors import CatalogError
 from cityflow.io.given_files import check_plain
-from cityflow.io.images.photo_metadata import photo_metadata
+from cityflow.io.images.exif_and_xmp import photo_metadata
 
 UPRIGHT = 1
 MOST_PIXELS, GREAT_PIXELS = 1_000_000_000, 100_000_000

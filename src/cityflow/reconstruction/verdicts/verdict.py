@@ -12,8 +12,8 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 from cityflow.core.verdicts import Verdict
-from cityflow.reconstruction.verdicts.calibration import MATCHED, SCANNED, Calibration, Logistic
 from cityflow.reconstruction.verdicts.figures import Figures
+from cityflow.reconstruction.verdicts.fitted_weights import MATCHED, SCANNED, Calibration, Logistic
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,8 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.block import failed_block
 from cityflow.handover.export_rows import ROWS, encode_rows
+from cityflow.handover.fallback_block import failed_block
 from cityflow.handover.hull_input import Hull
 from cityflow.handover.outline_lines import Standing, decode_all
 from cityflow.handover.product_metadata import ProductMetadata

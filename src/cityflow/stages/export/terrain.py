@@ -20,7 +20,7 @@ from cityflow.errors import CatalogError
 from cityflow.flow.store import Store
 from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.block import surface_over
+from cityflow.handover.fallback_block import surface_over
 from cityflow.handover.layer_files import GivenOrtho, given_colours
 from cityflow.handover.outline_lines import Standing
 from cityflow.handover.surfaces import Surfaces

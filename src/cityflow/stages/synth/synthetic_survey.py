@@ -13,7 +13,7 @@ from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds
 from cityflow.core.parameters import Parameters
 from cityflow.geometry.similarity import Similarity
-from cityflow.synthetic.control import ControlParameters
+from cityflow.synthetic.control_marks import ControlParameters
 from cityflow.synthetic.flight import FlightParameters, head_rotation, plan_flight
 from cityflow.synthetic.flight_presets import PRESETS
 from cityflow.synthetic.footprints import ground_quad

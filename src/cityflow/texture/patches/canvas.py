@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.texture import FaceGrid, FacePlane
-from cityflow.geometry.triangulation import triangulate_polygon
+from cityflow.geometry.polygon_triangulation import triangulate_polygon
 from cityflow.texture.patches.patch_parameters import PatchParameters
 from cityflow.texture.patches.pixel_set import depth_inside
 

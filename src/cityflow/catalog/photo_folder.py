@@ -15,7 +15,7 @@ from cityflow.catalog.white import white_level
 from cityflow.core.arrays import FloatArray
 from cityflow.core.photo_metadata import PhotoMetadata
 from cityflow.errors import CatalogError, CityflowError
-from cityflow.io.images.photo_metadata import photo_metadata
+from cityflow.io.images.exif_and_xmp import photo_metadata
 from cityflow.io.orientation.oriented_images import LeftOut
 from cityflow.orientation.photo_doubts import DEGREE_M, focal_is_doubtful, photo_doubts, usable_positions
 from cityflow.orientation.plausibility import SURVEY

@@ -12,7 +12,7 @@ from PIL.TiffImagePlugin import IFDRational
 from cityflow.core.photo_metadata import HeightKind, PhotoMetadata
 from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import PHOTO_FLIP, from_gimbal, gimbal_angles
-from cityflow.io.images.photo_metadata import metadata_of_bytes, photo_metadata
+from cityflow.io.images.exif_and_xmp import metadata_of_bytes, photo_metadata
 from cityflow.io.images.xmp_tags import xmp_tags
 
 BASE, GPS = ExifTags.Base, ExifTags.GPS

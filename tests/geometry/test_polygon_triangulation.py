@@ -6,7 +6,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely import Point, Polygon
 
-from cityflow.geometry.triangulation import triangulate_polygon
+from cityflow.geometry.polygon_triangulation import triangulate_polygon
 
 Array = NDArray[np.float64]
 

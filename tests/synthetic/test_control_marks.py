@@ -9,7 +9,7 @@ import shapely
 from cityflow.core.control_points import ControlPoints, Role
 from cityflow.stages.synth.synthetic_survey import SynthParameters, town_of
 from cityflow.synthetic.caster import Scene
-from cityflow.synthetic.control import ControlParameters, measured_control, true_control
+from cityflow.synthetic.control_marks import ControlParameters, measured_control, true_control
 from cityflow.synthetic.flight_presets import preset
 from cityflow.synthetic.town import Town
 
