@@ -22,9 +22,9 @@ import numpy as np
 from PIL import Image
 
 from cityflow.catalog.colour_reading import COLOURS, ColourJob
+from cityflow.catalog.file_questions import Question, Reading
 from cityflow.catalog.file_reading import IMAGE_FILES, LIDAR_FILES
 from cityflow.catalog.kept_answers import KeptAnswers
-from cityflow.catalog.reading import Question, Reading
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.flow.spread import Spread
 from cityflow.imagery.colour_samples import SampleParameters

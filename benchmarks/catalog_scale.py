@@ -75,7 +75,7 @@ def read(folder: Path, from_table: bool) -> Callable[[], object]:
 
 def surveyed(folder: Path) -> Callable[[], object]:
     from cityflow.pipeline.city_source import CitySource
-    from cityflow.pipeline.parameters import CityParameters
+    from cityflow.pipeline.workflow_parameters import CityParameters
 
     catalog = read_catalog(folder)
     return lambda: CitySource(catalog, CityParameters())

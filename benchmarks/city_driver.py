@@ -38,7 +38,7 @@ from cityflow.flow.sealed import Sealed
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
 from cityflow.pipeline.city_source import CitySource
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.survey.area import Area
 from driver_steps import Steps
 

@@ -40,7 +40,7 @@ from cityflow.io.crs import resolve
 from cityflow.io.export_formats.tiles3d import about_tiles
 from cityflow.io.globe import globe_of
 from cityflow.io.globe_frame import frame_at
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.stages import export
 from cityflow.stages.export.merge import parent_of
 from cityflow.stages.export.table import table_of, table_path

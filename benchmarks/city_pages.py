@@ -30,9 +30,9 @@ from city_merge import Town, _middle, _record
 from cityflow.core.building import Building, Face, Lod, Outline, Polyhedron, Semantic, Status
 from cityflow.core.grid import Grid, Tile
 from cityflow.flow.ledger import SEGMENT, Ledger
+from cityflow.flow.record_segments import write_segment
 from cityflow.flow.records import encode, write_record
 from cityflow.flow.row import Line, row_of
-from cityflow.flow.segments import write_segment
 from cityflow.flow.some_units import ALL
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task, digest_of
@@ -42,7 +42,7 @@ from cityflow.io.city_models.tiles3d import Scene, tile_files
 from cityflow.io.export_formats.cityjson import FOLDER as CITYJSON
 from cityflow.io.globe_frame import frame_at
 from cityflow.io.rasters.surface_zarr import create, write_tile
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.reporting.run_report import report_data, uncollected, write_report_files
 from cityflow.reporting.view import write_run_view
 from cityflow.runs.asked import Asked, circumstances, read_asked, write_asked

@@ -32,13 +32,13 @@ from cityflow.flow.draft import Draft
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Record, Task
 from cityflow.handover.depth_map_files import depth_map_name
+from cityflow.handover.export_summary import SUMMARY
 from cityflow.handover.fused import FUSED
-from cityflow.handover.summary import SUMMARY
 from cityflow.handover.vote_files import VOTES
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset
 from cityflow.io.crs import resolve
 from cityflow.pipeline.city_source import CitySource
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.survey.area import Area
 from cityflow.synthetic.flight import FlightParameters, Head, plan_flight
 from cityflow.synthetic.footprints import ground_quad

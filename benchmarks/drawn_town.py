@@ -18,11 +18,11 @@ import numpy as np
 from shapely import LineString, Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.grid import Bounds, Grid, tiles_over
 from cityflow.core.splitting import FrameRasters
-from cityflow.core.wall_points import WallPoints, joined_walls
-from cityflow.evaluation.borders import TRACES, Border, borders_of, with_traces
-from cityflow.evaluation.wall_lines import WallStretches
+from cityflow.evaluation.unit_borders import TRACES, Border, borders_of, with_traces
+from cityflow.evaluation.wall_completeness import WallStretches
 from cityflow.outlines.from_heights.regions import RegionSurface
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.synthetic.caster import Scene

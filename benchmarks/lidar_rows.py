@@ -15,8 +15,8 @@ from shapely.geometry.polygon import orient
 from cityflow.core.arrays import FloatArray
 from cityflow.core.points import PointCloud
 from cityflow.synthetic import roofs
+from cityflow.synthetic.known_terrain import Terrain, make_terrain, unbroken
 from cityflow.synthetic.roofs import LocalFace, Placement
-from cityflow.synthetic.terrain import Terrain, make_terrain, unbroken
 from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
 from scenes import simple_roofs
 from scenes.prism_scene import PrismScene, TruthBuilding, trees_beside

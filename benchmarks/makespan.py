@@ -34,7 +34,7 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Task
 from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.pipeline.city_source import CitySource
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.survey.area import Area
 
 Times = Mapping[str, NDArray[np.float64]]

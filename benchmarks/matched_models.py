@@ -18,10 +18,10 @@ from rasterio.windows import from_bounds
 from shapely import LineString
 
 from cityflow.core.arrays import FloatArray
+from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.points import BUILDING, UNCLASSIFIED, PointCloud, concatenate
 from cityflow.core.reconstruction import Evidence, HeightRaster, Picture
-from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.handover.array_file import decode_arrays
 from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.town import make_town

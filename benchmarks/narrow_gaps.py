@@ -18,11 +18,11 @@ from shapely.geometry.polygon import orient
 
 from cityflow.core.points import PointCloud
 from cityflow.evaluation.outlines import compare_outlines
-from cityflow.outlines.find import RegionSurface, find_outlines
+from cityflow.outlines.find_outlines import RegionSurface, find_outlines
 from cityflow.surface.tile_surface import surface_of_tile
 from cityflow.synthetic import roofs
+from cityflow.synthetic.known_terrain import make_terrain, unbroken
 from cityflow.synthetic.roofs import LocalFace, Placement
-from cityflow.synthetic.terrain import make_terrain, unbroken
 from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
 from scenes import simple_roofs
 from scenes.prism_scene import PrismScene, TruthBuilding, trees_beside

@@ -19,7 +19,7 @@ import shapely
 from shapely import Polygon
 
 from cityflow.evaluation.outlines import compare_outlines, united_by_adjacency
-from cityflow.outlines.find import FindParameters, find_outlines
+from cityflow.outlines.find_outlines import FindParameters, find_outlines
 from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.synthetic import town_terraces
 from cityflow.synthetic.town import Town

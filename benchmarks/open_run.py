@@ -31,9 +31,9 @@ import psutil
 
 from cityflow.core.building import Status
 from cityflow.flow.ledger import SEGMENT, Ledger
+from cityflow.flow.record_segments import write_segment
 from cityflow.flow.records import CHECK_DIGITS, encode, record_path
 from cityflow.flow.row import Line, Row
-from cityflow.flow.segments import write_segment
 from cityflow.flow.some_units import ALL
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record

@@ -35,7 +35,7 @@ from cityflow.io.crs import resolve
 from cityflow.io.tables.outline_file import read_outlines
 from cityflow.outlines.given.given import clean_outlines
 from cityflow.outlines.noded.noding import node_outlines
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.stages import outline
 from cityflow.stages.ingest import outlines_dealt, outlines_noded
 from cityflow.survey.survey import Survey

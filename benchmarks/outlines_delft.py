@@ -25,7 +25,7 @@ from cityflow.core.reference import Reference
 from cityflow.evaluation.outlines import OutlineAccuracy, blocks_of, compare_outlines, united_by_adjacency
 from cityflow.io.points.las import read_points
 from cityflow.io.tables.vector import read_polygons
-from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
+from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
 from cityflow.surface.tile_surface import SurfaceParameters, surface_of_tile
 from cityflow.synthetic.town import TownParameters
 from scenes.scanned_town import scanned_town

@@ -22,11 +22,11 @@ from shapely import Polygon
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds, grown
 from cityflow.evaluation.outlines import compare_outlines, united_by_adjacency
-from cityflow.evaluation.wall_lines import edges_of, length_found, stretches_of
+from cityflow.evaluation.wall_completeness import edges_of, length_found, stretches_of
 from cityflow.io.orientation.colmap import read_colmap
 from cityflow.io.tables.vector import read_layer
 from cityflow.orientation.look_directions import LookParameters, look_directions, looking, worth_a_frame
-from cityflow.outlines.find import FindParameters, find_outlines
+from cityflow.outlines.find_outlines import FindParameters, find_outlines
 from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters

@@ -19,10 +19,10 @@ import shapely
 from shapely import LineString, Polygon
 
 from cityflow.core.building import EdgeOverhang, OutlineEdge
+from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Picture
-from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.evaluation.models import compare_model
 from cityflow.evaluation.models_overhangs import shares_within, true_overhang
 from cityflow.geometry.polyhedron import rings_of

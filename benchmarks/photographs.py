@@ -22,8 +22,8 @@ import numpy as np
 from cityflow.adjustment.block import Block, residuals
 from cityflow.adjustment.tracks import tied
 from cityflow.adjustment.triangulation import triangulated
+from cityflow.catalog.file_questions import Reading
 from cityflow.catalog.photo_folder import PhotoFolder, photo_folder
-from cityflow.catalog.reading import Reading
 from cityflow.core.camera import OrientedImage
 from cityflow.core.control_points import ControlPoint, ControlPoints, Mark, Role
 from cityflow.flow.store import Store

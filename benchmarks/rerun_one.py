@@ -27,9 +27,9 @@ import shapely
 from city_scale import TILE_M, X, Y, answer, survey
 from cityflow.flow.ledger import SEGMENT, Ledger
 from cityflow.flow.outputs import Outputs
+from cityflow.flow.record_segments import write_segment
 from cityflow.flow.records import encode
 from cityflow.flow.row import Line, row_of
-from cityflow.flow.segments import write_segment
 from cityflow.flow.stage import Node
 from cityflow.flow.state import State
 from cityflow.flow.store import Store

@@ -27,11 +27,11 @@ from cityflow.core.arrays import ByteArray, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Picture
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.geometry.roof_adjacency import RoofSurface
 from cityflow.geometry.roof_type import type_of_surfaces
 from cityflow.reconstruction.roof_types import best_roofs, reconstruct
-from cityflow.reconstruction.roof_types_parts.reading import RoofTypesParameters, read
+from cityflow.reconstruction.roof_types_parts.roof_evidence import RoofTypesParameters, read
 from cityflow.synthetic.roofs import MAIN, TruthFace, visible_faces
 from cityflow.synthetic.town_truth import TruthRasters, truth_rasters
 from cityflow.synthetic.town_units import Unit

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from cityflow.catalog.check_images import sparse_points
-from cityflow.evaluation.checkpoints import heights_at
+from cityflow.evaluation.checkpoint_residuals import heights_at
 from cityflow.evaluation.statistics import nmad
 from cityflow.io.rasters.surface_dataset import grids_of, read_layers
 from cityflow.runs.run_folder import open_run

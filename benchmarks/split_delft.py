@@ -28,9 +28,9 @@ from cityflow.core.local_frame import LocalFrame
 from cityflow.core.points import PointCloud, concatenate
 from cityflow.core.reference import Reference
 from cityflow.core.splitting import FrameRasters, SplitEvidence, Splitting
-from cityflow.evaluation.borders import Border, borders_of
 from cityflow.evaluation.outlines import united_by_adjacency
-from cityflow.evaluation.units import FoundUnits, UnitsAccuracy, UnitsParameters, compare_units
+from cityflow.evaluation.unit_accuracy import FoundUnits, UnitsAccuracy, UnitsParameters, compare_units
+from cityflow.evaluation.unit_borders import Border, borders_of
 from cityflow.io.points.las import read_points
 from cityflow.io.tables.vector import read_polygons
 from cityflow.outlines.given.given import clean_outlines

@@ -21,8 +21,8 @@ import shapely
 from cityflow.core.arrays import ByteArray
 from cityflow.core.grid import grown
 from cityflow.core.splitting import SplitEvidence, Splitting
-from cityflow.evaluation.borders import Border
-from cityflow.evaluation.units import FoundUnits, UnitsAccuracy, UnitsParameters, compare_units
+from cityflow.evaluation.unit_accuracy import FoundUnits, UnitsAccuracy, UnitsParameters, compare_units
+from cityflow.evaluation.unit_borders import Border
 from cityflow.splitting.lidar_surface import lidar_raster
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.synthetic.town_lidar import TownLidarParameters

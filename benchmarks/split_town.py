@@ -21,9 +21,9 @@ from shapely import LineString, Polygon
 
 from cityflow.core.building import OutlineEdge
 from cityflow.core.splitting import Splitting
-from cityflow.evaluation.units import FoundUnits, UnitsAccuracy, compare_units
+from cityflow.evaluation.unit_accuracy import FoundUnits, UnitsAccuracy, compare_units
 from cityflow.io.tables.vector import Layer, read_layer
-from cityflow.outlines.find import FindParameters, find_outlines
+from cityflow.outlines.find_outlines import FindParameters, find_outlines
 from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.stages.synth.synthetic_survey import SynthParameters

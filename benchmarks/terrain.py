@@ -10,7 +10,7 @@ from statistics import mean
 import numpy as np
 import shapely
 
-from cityflow.evaluation.terrain import mask_scores, terrain_errors, terrain_zones
+from cityflow.evaluation.terrain_accuracy import mask_scores, terrain_errors, terrain_zones
 from cityflow.surface import cover
 from cityflow.surface.dtm import METHODS, DtmParameters, Method
 from cityflow.surface.tile_surface import SurfaceParameters, surface_of_tile

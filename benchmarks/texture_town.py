@@ -22,7 +22,7 @@ import numpy as np
 from cityflow.core.building import Semantic
 from cityflow.core.texture import FIRST_IMAGE, FacePlane
 from cityflow.evaluation.texel_shifts import texel_shifts
-from cityflow.evaluation.textures import patchwork, source_share, texels_of, textured_share
+from cityflow.evaluation.texture_accuracy import patchwork, source_share, texels_of, textured_share
 from cityflow.texture.unit import TextureParameters
 from texture_views import compared, drawn, held_out, page_picture, picture, scene_of, true_view
 from texture_visibility import chosen

@@ -20,9 +20,9 @@ from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import HIGH_VEGETATION, LOW_VEGETATION, MEDIUM_VEGETATION
 from cityflow.evaluation.dsm import DsmFigures, dsm_figures
-from cityflow.evaluation.facades import FacadeFigures, WallSamples, facade_figures, wall_samples
+from cityflow.evaluation.facade_coverage import FacadeFigures, WallSamples, facade_figures, wall_samples
 from cityflow.evaluation.statistics import nmad, rmse
-from cityflow.evaluation.terrain import mask_scores
+from cityflow.evaluation.terrain_accuracy import mask_scores
 from cityflow.io.rasters.surface_dataset import grids_of, read_layers
 from cityflow.synthetic.caster import Scene
 from cityflow.synthetic.mesh import Part

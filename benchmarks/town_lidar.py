@@ -17,7 +17,7 @@ from cityflow.core.points import BUILDING, HIGH_VEGETATION, PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.evaluation.roof_planes import PlaneMatches, RoofSurface, match_planes
 from cityflow.evaluation.statistics import nmad
-from cityflow.evaluation.terrain import STEEP, mask_scores, terrain_errors
+from cityflow.evaluation.terrain_accuracy import STEEP, mask_scores, terrain_errors
 from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.surface.sample import sample
 from cityflow.surface.tile_surface import SurfaceParameters, TileSurface, surface_of_tile

@@ -28,7 +28,7 @@ from cityflow.io.orientation.colmap import read_colmap, write_colmap
 from cityflow.orientation.flight_plan import FlightTile
 from cityflow.orientation.views import View
 from cityflow.pipeline.city_source import CitySource
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import check_run, describe_run
 from cityflow.runs.settings import load_workflow

@@ -21,11 +21,11 @@ from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building, Lod, OutlineEdge
+from cityflow.core.facade_points import WallPoints
 from cityflow.core.grid import Grid
 from cityflow.core.points import BUILDING, HIGH_VEGETATION, PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Picture
-from cityflow.core.roof_types import RoofType
-from cityflow.core.wall_points import WallPoints
+from cityflow.core.roof_type_names import RoofType
 from cityflow.evaluation.models import Model, TrueModel
 from cityflow.geometry.roof_type import roof_type
 from cityflow.geometry.straight_edges import wall_edges

@@ -21,7 +21,7 @@ from cityflow.core.arrays import BoolArray, ByteArray
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.evaluation.outlines import compare_outlines
-from cityflow.outlines.find import RegionSurface, find_outlines
+from cityflow.outlines.find_outlines import RegionSurface, find_outlines
 from cityflow.outlines.from_heights.regions import cells_polygon
 from cityflow.surface import cover
 from cityflow.surface.rasterise import count_points

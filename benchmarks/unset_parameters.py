@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.runs.known_keys import known_keys
 from cityflow.runs.settings import model_at
 

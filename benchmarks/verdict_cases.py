@@ -16,9 +16,9 @@ from shapely.affinity import rotate, scale, translate
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Polyhedron
+from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.points import BUILDING, GROUND, HIGH_VEGETATION, UNCLASSIFIED, PointCloud
 from cityflow.core.reconstruction import Evidence
-from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.reconstruction.choose import ReconstructParameters
 from cityflow.reconstruction.model import ModelParameters

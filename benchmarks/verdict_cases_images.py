@@ -16,9 +16,9 @@ from rasterio.features import rasterize
 from shapely import LineString
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
+from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.grid import Grid
 from cityflow.core.points import BUILDING, GROUND, HIGH_VEGETATION, PointCloud
-from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.geometry.straight_edges import wall_edges
 from cityflow.surface.image_surface import ImageSurfaceParameters
 from cityflow.surface.overview import thinned_cells

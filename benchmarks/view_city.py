@@ -25,7 +25,7 @@ from cityflow.io.globe import globe_of
 from cityflow.io.globe_frame import frame_at
 from cityflow.reporting.view_frame import PageFrame
 from cityflow.reporting.view_units import FIELDS, ends_of, id_parts
-from cityflow.stages.export.textures import texture_sets
+from cityflow.stages.export.textured_faces import texture_sets
 from cityflow.viewer.view_page import page_files
 
 GAP_M = 20.0

@@ -18,7 +18,7 @@ import shapely
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Outline
 from cityflow.evaluation.models_overhangs import true_overhang
-from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
+from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.under_eaves.facades_inside import SeenHouses
 from cityflow.outlines.under_eaves.found_walls import found_walls_in
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters

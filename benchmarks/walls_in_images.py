@@ -22,7 +22,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import OUTLINE_SIGMA_M, Outline
 from cityflow.evaluation.models_overhangs import true_overhang
 from cityflow.geometry.straight_edges import WallEdge, known_part, wall_edges
-from cityflow.outlines.find import FindParameters, find_outlines
+from cityflow.outlines.find_outlines import FindParameters, find_outlines
 from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.outlines.given.given import clean_outlines
 from cityflow.outlines.noded.adjacency import party_edges

@@ -19,14 +19,14 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.openings import FaceOpenings
-from cityflow.evaluation.windows import IOU, MOSTLY, WindowCounts, intersection_over_union, total
+from cityflow.evaluation.window_accuracy import IOU, MOSTLY, WindowCounts, intersection_over_union, total
 from cityflow.synthetic.town_facades import WINDOW
 from cityflow.windows.candidates import channels_of
 from cityflow.windows.confidence import NAMES, features
 from cityflow.windows.facade_picture import picture_of
-from cityflow.windows.find import find_windows
-from cityflow.windows.search import searched
+from cityflow.windows.find_windows import find_windows
 from cityflow.windows.window_parameters import WindowParameters
+from cityflow.windows.window_search import searched
 from scenes.drawn_facades import STYLES, DrawnFacade, draw_facade
 from scenes.facade_errors import ImageErrors
 from scenes.hard_facades import HARD, draw_hard_facade

@@ -23,12 +23,12 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Semantic
 from cityflow.core.openings import FaceOpenings
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, FaceFigures, FacePlane, Patch, UnitTexture
-from cityflow.evaluation.windows import WindowCounts, compare_windows, on_face, total
+from cityflow.evaluation.window_accuracy import WindowCounts, compare_windows, on_face, total
 from cityflow.handover.texture_files import decode_unit
 from cityflow.stages.windows import planes_of
 from cityflow.synthetic.town_facades import WINDOW
 from cityflow.windows.facade_picture import picture_of
-from cityflow.windows.find import find_unit_windows, find_windows
+from cityflow.windows.find_windows import find_unit_windows, find_windows
 from cityflow.windows.window_parameters import WindowParameters
 from scenes.drawn_facades import STYLES, DrawnFacade, draw_facade
 from scenes.facade_errors import ImageErrors

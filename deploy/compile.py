@@ -27,13 +27,13 @@ from cityflow.core.pixels import ArrayPixels
 from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Evidence
 from cityflow.core.splitting import FrameRasters, SplitEvidence
-from cityflow.core.wall_points import WallPoints
+from cityflow.core.facade_points import WallPoints
 from cityflow.flow.store import Store
 from cityflow.flow.workspace import Workspace
 from cityflow.geometry.textured_view import TexturedTriangles
 from cityflow.handover.depth_map_files import decode_depth_map, encode_depth_map
 from cityflow.matching.match import MatchParameters, match
-from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
+from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.outlines.under_eaves.facades_inside import SeenHouses
 from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
@@ -60,7 +60,7 @@ from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
 from cityflow.viewer.model_view import draw_models, surfaces_of, terrain_surfaces
 from cityflow.viewer.side_view import draw_side, side_camera
-from cityflow.windows.find import find_unit_windows
+from cityflow.windows.find_windows import find_unit_windows
 from cityflow.windows.window_parameters import WindowParameters
 
 HOUSES = 8

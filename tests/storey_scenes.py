@@ -6,9 +6,9 @@ import numpy as np
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
+from cityflow.core.facade_points import WallPoints
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Evidence
-from cityflow.core.wall_points import WallPoints
 
 ORIGIN = np.array([84_900.0, 447_500.0, 2.0])
 HEIGHT, DENSITY = 9.0, 30.0

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -14,6 +15,17 @@ MANY_ARGUMENTS = {
     "catalog/create.py:create_catalog", "workflow/plan.py:print_plan", "workflow/run.py:run_workflow",
 }  # fmt: skip
 """What the command line hands on as it got it."""
+
+
+SHARED_NAMES = {
+    "cityjson.py", "citygml.py", "obj.py", "tiles3d.py",
+    "evaluate.py", "orient.py", "rasters.py",
+    "fuse.py", "match.py", "split.py",
+    "images.py",
+    "texture.py",
+}  # fmt: skip
+"""Files of one name in several folders: an export format and its file; a command and what it does; a stage and its algorithm; a stage for images in
+two folders of stages; a value and what makes it."""
 
 
 def _modules() -> Iterator[tuple[str, str]]:
@@ -68,6 +80,21 @@ def test_no_function_has_more_than_eight_arguments() -> None:
 def test_no_module_is_longer_than_300_lines() -> None:
     found = {name for name, text in _modules() if text.count("\n") > MOST_LINES}
     assert not found, "part these by what they answer"
+
+
+def _in_several_folders(names: Iterable[str]) -> set[str]:
+    counts = Counter(Path(n).name for n in names if not n.endswith("__init__.py"))
+    return {name for name, count in counts.items() if count > 1}
+
+
+def test_files_of_one_name_are_those_that_nobody_mixes_up() -> None:
+    found = _in_several_folders(name for name, _ in _modules())
+    assert not found - SHARED_NAMES, "name these by what they answer"
+    assert not SHARED_NAMES - found, "these stand in one folder now: take them off the list"
+
+
+def test_names_are_counted() -> None:
+    assert _in_several_folders(["a/b.py", "c/b.py", "a/__init__.py", "c/__init__.py", "c/d.py"]) == {"b.py"}
 
 
 def test_arguments_are_counted() -> None:

@@ -16,7 +16,7 @@ from shapely import Polygon
 from cityflow.core.arrays import BoolArray, ByteArray, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.reconstruction import HeightRaster, Picture
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.synthetic import roofs
 from cityflow.synthetic.roofs import CHIMNEY, DORMER, Placement, TruthFace
 from scenes.house_shapes import SHAPES

@@ -21,9 +21,9 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Evidence
+from cityflow.synthetic.known_terrain import plane
 from cityflow.synthetic.mesh import Part
 from cityflow.synthetic.roofs import CHIMNEY, DORMER, MAIN, LocalFace, Placement, visible_faces
-from cityflow.synthetic.terrain import plane
 from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
 from scenes.prism_scene import PrismScene, TruthBuilding
 

@@ -20,7 +20,7 @@ from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.io.images.tiled_images import open_image, tile_image
 from cityflow.matching.match import Matched, MatchParameters, match
 from cityflow.orientation.views import View, footprint
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.stages.synth.synthetic_survey import SynthParameters, town_of
 from cityflow.survey.image_survey import ImageSurvey
 from cityflow.synthetic.caster import NOTHING, Scene

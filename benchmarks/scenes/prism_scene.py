@@ -12,10 +12,10 @@ from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds
+from cityflow.synthetic.known_terrain import Terrain
 from cityflow.synthetic.mesh import Material, Part, TownMesh
 from cityflow.synthetic.prisms import add_prism
 from cityflow.synthetic.roofs import TruthFace
-from cityflow.synthetic.terrain import Terrain
 from cityflow.synthetic.town_green import LeafRule, Trees, add_trees
 from cityflow.synthetic.town_ground import Ground
 from cityflow.synthetic.town_layout import Axis, StreetNet

@@ -9,7 +9,7 @@ import pytest
 from shapely import LineString, Polygon, box
 
 from cityflow.core.building import EdgeOverhang, Face, Polyhedron, RoofPlane, Semantic
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.evaluation.models import Model, ModelErrors, TrueModel, compare_model
 from cityflow.evaluation.models_planes import slivers, whole_planes
 from cityflow.evaluation.models_points import match_points, outline_corners

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cityflow.evaluation.statistics import error_statistics, le95, nmad, rmse
-from cityflow.evaluation.terrain import mask_scores
+from cityflow.evaluation.terrain_accuracy import mask_scores
 
 
 def test_figures_by_hand() -> None:

@@ -11,7 +11,7 @@ from shapely import box
 from shapely.affinity import rotate, translate
 
 from cityflow.core.building import Face, Polyhedron, RoofPlane, Semantic
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.geometry.roof_adjacency import RoofSurface
 from cityflow.geometry.roof_type import roof_type, type_of_surfaces
 from cityflow.synthetic import roofs, town_shapes

@@ -11,11 +11,11 @@ from cityflow.core.openings import TOO_LITTLE, FaceOpenings, UnitOpenings
 from cityflow.core.texture import FIRST_IMAGE, FaceFigures, FaceKey, FacePlane, Patch, UnitTexture
 from cityflow.handover.texture_files import Rings, decode_unit, encode_unit, faces_of
 from cityflow.handover.window_files import decode_openings, encode_openings, wall_lines
-from cityflow.stages.export.windows import openings_on, with_window_figures
+from cityflow.stages.export.tile_openings import openings_on, with_window_figures
 from cityflow.stages.windows import figures, planes_of
 from cityflow.texture.placement.place import PlacementParameters
 from cityflow.texture.planes import face_planes
-from cityflow.windows.find import find_unit_windows
+from cityflow.windows.find_windows import find_unit_windows
 from cityflow.windows.window_parameters import WindowParameters
 from scenes.drawn_facades import DrawnFacade, draw_facade
 from scenes.facade_errors import ImageErrors

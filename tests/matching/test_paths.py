@@ -7,8 +7,8 @@ import pytest
 
 from cityflow.core.arrays import ByteArray, IntArray
 from cityflow.matching.census import census
+from cityflow.matching.disparity_search import Search, Sight
 from cityflow.matching.paths import BACK_PX, EDGE_GREY, LEAST_MORE, Penalties, best_shifts
-from cityflow.matching.search import Search, Sight
 
 ROWS, COLS = 14, 26
 P = Penalties(9, 40)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import ByteArray, Float32Array, IntArray
-from cityflow.matching.search import Search, Sight, search_everywhere
+from cityflow.matching.disparity_search import Search, Sight, search_everywhere
 from cityflow.matching.sgm import SgmClock, SgmParameters, matched_block
 
 COUNT, ROWS, COLS = 16, 60, 90

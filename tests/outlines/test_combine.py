@@ -12,11 +12,11 @@ from shapely import LineString, Polygon, affinity, box
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Outline
+from cityflow.core.facade_points import WallPoints
 from cityflow.core.grid import Grid
 from cityflow.core.points import HIGH_VEGETATION
-from cityflow.core.wall_points import WallPoints
-from cityflow.outlines import find
-from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
+from cityflow.outlines import find_outlines as finding
+from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.from_walls.wall_line import WallLine
 
 CELL = 0.4
@@ -62,7 +62,7 @@ def walls_of(polygon: Polygon, cut_m: float = 0.3) -> list[WallLine]:
 
 
 def outlines_of(surface: RegionSurface, walls: list[WallLine], monkeypatch: pytest.MonkeyPatch) -> list[Outline]:
-    monkeypatch.setattr(find, "find_wall_lines", lambda *_: walls)
+    monkeypatch.setattr(finding, "find_wall_lines", lambda *_: walls)
     return find_outlines(surface, FindParameters())
 
 

@@ -8,8 +8,8 @@ import shapely
 from shapely import Polygon, affinity, box
 
 from cityflow.core.arrays import FloatArray
+from cityflow.core.facade_points import WallPoints
 from cityflow.core.grid import Grid
-from cityflow.core.wall_points import WallPoints
 from cityflow.outlines.from_heights.footprint_roofs import orientations_of
 from cityflow.outlines.from_heights.regions import Region, RegionParameters, RegionSurface, building_regions
 from cityflow.outlines.from_heights.seams import parts_of

@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from cityflow.core.points import PointCloud
-from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
+from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.under_eaves.facades_inside import SeenHouses
 from cityflow.outlines.under_eaves.found_walls import found_walls_in
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters

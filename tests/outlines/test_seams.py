@@ -6,7 +6,7 @@ import shapely
 from shapely import Polygon, affinity, box
 
 from cityflow.core.grid import Grid
-from cityflow.outlines.find import RegionSurface, find_outlines
+from cityflow.outlines.find_outlines import RegionSurface, find_outlines
 
 CENTRE = (85030.0, 447530.0)
 

@@ -8,7 +8,7 @@ import shapely
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.wall_points import WallPoints, joined_walls
+from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.outlines.from_walls.wall_line import CURVE, LINE, WallLine
 from cityflow.outlines.from_walls.wall_lines import WallLineParameters, find_wall_lines
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points

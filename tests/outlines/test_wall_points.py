@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.depth_map import ImagePoints, joined
-from cityflow.core.wall_points import WallPoints
+from cityflow.core.facade_points import WallPoints
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from wall_scenes import ORIGIN, camera, facade, image_points, level, ring, tree
 

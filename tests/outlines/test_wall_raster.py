@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cityflow.core.wall_points import WallPoints
+from cityflow.core.facade_points import WallPoints
 from cityflow.outlines.from_walls.wall_raster import CellRules, strips, wall_cells
 
 RULES = CellRules(

@@ -8,7 +8,7 @@ import shapely
 from shapely import Polygon
 
 from cityflow.core.building import Outline, OutlineEdge
-from cityflow.core.wall_points import WallPoints
+from cityflow.core.facade_points import WallPoints
 from cityflow.geometry.straight_edges import WallEdge
 from cityflow.outlines.given.edited import LOCKED
 from cityflow.outlines.noded.adjacency import party_edges

@@ -64,7 +64,7 @@ exec(changed, module.__dict__)
 from cityflow.flow.store import Store
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.pipeline.pipeline import in_flow_order
 from cityflow.workflow.expected import costs_of
 from cityflow.workflow.plan import plan_of

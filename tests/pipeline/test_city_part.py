@@ -15,12 +15,12 @@ from cityflow.core.grid import tile_at
 from cityflow.core.reference import Reference
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Record, Task
-from cityflow.handover.summary import SUMMARY
+from cityflow.handover.export_summary import SUMMARY
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset, LidarAsset, OutlineAsset
 from cityflow.orientation.views import View, footprint
 from cityflow.pipeline.city_part import Chosen, CityPart
 from cityflow.pipeline.city_source import CitySource
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.survey import survey
 from cityflow.survey.area import Area
 from cityflow.survey.given_outlines import ACCURACY, noded_tile

@@ -12,7 +12,7 @@ from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.roof_types import best_roofs, reconstruct
 from cityflow.reconstruction.roof_types_parts.dormer_values import DormerParameters
 from cityflow.reconstruction.roof_types_parts.dormers import height_gains
-from cityflow.reconstruction.roof_types_parts.reading import RoofTypesParameters, read
+from cityflow.reconstruction.roof_types_parts.roof_evidence import RoofTypesParameters, read
 from cityflow.reconstruction.roof_types_parts.roof_model import roof_model
 from roof_skeletons import found_shapes
 from scenes.drawn_houses import DrawnHouse, dormer_outlines, drawn_house

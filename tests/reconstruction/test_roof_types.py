@@ -13,9 +13,9 @@ from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence, Picture
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.roof_types import reconstruct
-from cityflow.reconstruction.roof_types_parts import reading as readings
+from cityflow.reconstruction.roof_types_parts import roof_evidence as readings
 from cityflow.reconstruction.roof_types_parts.line_categories import Category
-from cityflow.reconstruction.roof_types_parts.reading import Reading, RoofTypesParameters, read
+from cityflow.reconstruction.roof_types_parts.roof_evidence import Reading, RoofTypesParameters, read
 from cityflow.reconstruction.roof_types_parts.roof_lines import RoofLines
 from cityflow.synthetic.roofs import MAIN, visible_faces
 from roof_skeletons import node_errors, roof_polygons, skeleton_nodes, united_by_plane

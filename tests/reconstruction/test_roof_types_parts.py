@@ -15,7 +15,7 @@ from shapely.affinity import rotate
 
 from cityflow.core.grid import Grid
 from cityflow.core.reconstruction import Picture
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.roof_types_parts.decomposition import DecompositionParameters, layouts
 from cityflow.reconstruction.roof_types_parts.heights import HeightCells, RoofLevels, step_of

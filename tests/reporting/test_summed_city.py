@@ -10,7 +10,7 @@ from browser import painted_run as town
 from cityflow.core.building import Status
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
-from cityflow.handover.summary import SUMMARY, Summary, added, encode_summary
+from cityflow.handover.export_summary import SUMMARY, Summary, added, encode_summary
 from cityflow.handover.unit_counts import counts_of
 from cityflow.reporting.summed_city import SummedCity
 from cityflow.runs.current import CurrentRecords

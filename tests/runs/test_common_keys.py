@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from cityflow import cli
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.runs.common_keys import COMMON, offered
 from cityflow.runs.known_keys import AT_TOP, Key
 from cityflow.runs.model_keys import model_keys

@@ -109,7 +109,7 @@ def test_values_that_are_surely_wrong_are_refused(setting: str, said: str) -> No
 
 
 def test_the_look_refuses_no_default() -> None:
-    from cityflow.pipeline.parameters import CityParameters
+    from cityflow.pipeline.workflow_parameters import CityParameters
 
     keys = model_keys(CityParameters)
     tree = CityParameters().model_dump(mode="json")

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from cityflow.core.parameters import Parameters
 from cityflow.errors import WorkflowError
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.runs.known_keys import described
 from cityflow.runs.model_keys import model_keys
 

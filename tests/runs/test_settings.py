@@ -9,7 +9,7 @@ import pytest
 
 from cityflow.core.parameters import merged
 from cityflow.errors import WorkflowError
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.reporting.run_report import with_settings
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.settings import checked, load_workflow, parse_setting

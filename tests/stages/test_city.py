@@ -16,7 +16,7 @@ from cityflow.core.reference import Reference
 from cityflow.flow.task import Record, Task
 from cityflow.io.catalog.stac import Catalog, LidarAsset, OutlineAsset
 from cityflow.pipeline.city_source import CitySource
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.stages import reconstruct, split
 from cityflow.stages.reconstruct import evidence as unit_evidence
 from cityflow.survey.area import EVERYWHERE, Area

@@ -21,7 +21,7 @@ from cityflow.handover.vote_files import VOTES
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset, OutlineAsset
 from cityflow.orientation.views import View, footprint
 from cityflow.pipeline.city_source import CitySource
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.survey.city import OUTLINES
 from cityflow.survey.given_outlines import ACCURACY, noded_tile

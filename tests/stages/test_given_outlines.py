@@ -28,7 +28,7 @@ from cityflow.io.tables.outline_file import read_outlines
 from cityflow.outlines.given.edited import apply_to_outlines
 from cityflow.outlines.given.given import clean_outlines
 from cityflow.outlines.noded.noding import noded_parts
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.stages import outline
 from cityflow.stages.ingest import outline_accuracy, outlines_dealt, outlines_noded
 from cityflow.survey.given_outlines import noded_tile, noding_unit

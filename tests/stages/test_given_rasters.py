@@ -21,7 +21,7 @@ from cityflow.io.crs import resolve
 from cityflow.io.rasters.raster import write_cog
 from cityflow.io.rasters.surface_dataset import chunked_surface
 from cityflow.pipeline.city_source import CitySource
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.survey.surface_source import RASTERS, ZARR
 from cityflow.survey.survey_parameters import PointsParameters, TileParameters
 from in_process import run_all

@@ -25,7 +25,7 @@ from cityflow.io.catalog.stac import Catalog
 from cityflow.io.catalog.stac_assets import ImageAsset
 from cityflow.io.images.tiled_images import open_image
 from cityflow.pipeline.city_source import CitySource
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.stages.ingest import camera_corrections as calibration
 from cityflow.stages.ingest import images as ingest_image
 from cityflow.stages.ingest.develop import Corrections

@@ -12,7 +12,7 @@ from cityflow.flow.task import Task
 from cityflow.handover.depth_map_files import decode_depth_map
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cluster.small_flight import GSD_M, WORKFLOW, make_flight, truth
 from in_process import outcome_of, record_of
 

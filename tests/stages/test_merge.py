@@ -21,7 +21,7 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.export_rows import ROWS, encode_rows
-from cityflow.handover.summary import decode_summary
+from cityflow.handover.export_summary import decode_summary
 from cityflow.io.catalog.stac_assets import Catalog, LidarAsset, OutlineAsset
 from cityflow.io.city_models.tiles3d import FOLDER as TILES3D
 from cityflow.io.city_models.tiles3d import Content, write_tileset
@@ -30,7 +30,7 @@ from cityflow.io.export_formats.tiles3d import about_tiles
 from cityflow.io.globe import globe_of
 from cityflow.io.globe_frame import frame_at
 from cityflow.io.rasters.raster import write_cog
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.stages import export
 from cityflow.stages.export.merge import parent_of, summary_of
 from cityflow.stages.export.table import index_path, table_of, table_path

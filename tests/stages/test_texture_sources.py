@@ -27,8 +27,8 @@ from cityflow.flow.task import Outcome, Record, Task, digest_of
 from cityflow.handover.texture_files import Rings, decode_unit
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
-from cityflow.pipeline.parameters import CityParameters
-from cityflow.stages.export.textures import CUT_OTHERWISE
+from cityflow.pipeline.workflow_parameters import CityParameters
+from cityflow.stages.export.textured_faces import CUT_OTHERWISE
 from cityflow.survey.area import Area
 from cityflow.survey.given_outlines import noded_tile
 from cityflow.survey.results import HULL

@@ -6,7 +6,7 @@ from scipy.ndimage import binary_dilation
 
 from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud
-from cityflow.evaluation.terrain import terrain_errors, terrain_zones
+from cityflow.evaluation.terrain_accuracy import terrain_errors, terrain_zones
 from cityflow.surface.dtm import DtmParameters, Method, chosen_method
 from cityflow.surface.dtm_morphological import objects_by_opening, without_terrain
 from cityflow.surface.ground_points import WORK_CELL_M, lowest_surface

@@ -18,8 +18,8 @@ from cityflow.reconstruction.model import ModelParameters, model
 from cityflow.surface.sample import sample
 from cityflow.surface.tile_surface import TileSurface, surface_of_tile
 from cityflow.synthetic import roofs
+from cityflow.synthetic.known_terrain import Terrain, plane
 from cityflow.synthetic.roofs import LocalFace, Placement
-from cityflow.synthetic.terrain import Terrain, plane
 from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
 from scenes import simple_roofs
 from scenes.prism_scene import PrismScene, TruthBuilding

@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from cityflow.core.points import PointCloud
-from cityflow.evaluation.terrain import mask_scores
+from cityflow.evaluation.terrain_accuracy import mask_scores
 from cityflow.surface import cover
 from cityflow.surface.tile_surface import SurfaceParameters, surface_of_tile, tile_grid
 from surface_scenes import small_scene

@@ -10,7 +10,7 @@ from PIL import Image
 from pydantic import ValidationError
 
 from cityflow.io.catalog.stac import read_catalog
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.survey.image_survey import ImageSurvey
 from cityflow.survey.survey import Survey
 from cluster.small_flight import GSD_M, WORKFLOW, make_flight

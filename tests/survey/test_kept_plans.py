@@ -14,7 +14,7 @@ from cityflow.flow.store import Store
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset
 from cityflow.orientation.flight_plan import FlightPlan, ReferenceImages
 from cityflow.orientation.views import View, footprint
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.survey import kept_plans
 from cityflow.survey.image_survey import ImageSurvey
 from cityflow.survey.kept_plans import FOLDER, RunPlans

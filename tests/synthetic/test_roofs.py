@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import shapely
 
+from cityflow.synthetic.known_terrain import plane
 from cityflow.synthetic.mesh import Part
 from cityflow.synthetic.roofs import CHIMNEY, LocalFace, Placement, TruthFace, visible_faces
-from cityflow.synthetic.terrain import plane
 from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
 from cityflow.synthetic.town_shapes import RoofLines, wall_profile
 from scenes.prism_scene import PrismScene, TruthBuilding

@@ -3,7 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from cityflow.core.building import Status
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.reconstruction.choose import MODULES
 from cityflow.viewer.report_rows import UnitRow
 from cityflow.viewer.roof_figures import METHOD_TEXTS, TYPE_TEXTS, roof_figures

@@ -16,7 +16,7 @@ from cityflow.cli.rasters import raster
 from cityflow.core.grid import Grid
 from cityflow.core.reference import Reference
 from cityflow.errors import RunError
-from cityflow.flow.arrays import computing
+from cityflow.flow.lazy_arrays import computing
 from cityflow.flow.store import Store
 from cityflow.io.crs import resolve
 from cityflow.io.rasters.surface_dataset import chunked_surface

@@ -14,10 +14,10 @@ from cityflow.catalog.check_images import check_images
 from cityflow.catalog.check_outlines import check_outlines
 from cityflow.catalog.check_poses import check_poses
 from cityflow.catalog.check_results import Seen
+from cityflow.catalog.file_questions import Reading, told_of
 from cityflow.catalog.file_reading import CheckedFile, LidarContents
 from cityflow.catalog.findings import CheckReport, Level
 from cityflow.catalog.maps import write_maps
-from cityflow.catalog.reading import Reading, told_of
 from cityflow.core.grid import Bounds, bounds_meet
 from cityflow.core.points import GROUND
 from cityflow.errors import CatalogError

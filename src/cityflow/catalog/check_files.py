@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from cityflow.catalog.check_results import Seen
+from cityflow.catalog.file_questions import Reading
 from cityflow.catalog.file_reading import CHECKED_FILES, CheckedFile, CheckJob, Digest
 from cityflow.catalog.findings import Level
-from cityflow.catalog.reading import Reading
 from cityflow.errors import CityflowError
 from cityflow.io.catalog.stac import Asset, Catalog, ImageAsset, LidarAsset
 

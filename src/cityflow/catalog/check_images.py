@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from cityflow.catalog.file_questions import told_of
 from cityflow.catalog.file_reading import ImageContents
 from cityflow.catalog.findings import Finding, Level
 from cityflow.catalog.height_ranges import low_points, raster_points
-from cityflow.catalog.images import box_of
-from cityflow.catalog.reading import told_of
+from cityflow.catalog.image_entries import box_of
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.local_frame import LocalFrame

@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 
+from cityflow.catalog.file_questions import Question, Reading
 from cityflow.catalog.findings import Finding, Level
-from cityflow.catalog.reading import Question, Reading
 from cityflow.handover.tie_sample import QUICK_PX, StarTies, error_of, flown_of, star_ties, stars_of
 from cityflow.io.catalog.stac_assets import ImageAsset
 

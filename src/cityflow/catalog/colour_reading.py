@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cityflow.catalog.file_questions import Question
 from cityflow.catalog.kept_answers import state_of
-from cityflow.catalog.reading import Question
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.imagery.colour_samples import PointColours, SampleParameters, point_colours

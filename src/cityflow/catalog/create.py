@@ -10,10 +10,10 @@ from pathlib import Path
 import fsspec
 from pyproj import CRS
 
+from cityflow.catalog.file_questions import Reading, refuse_unreadable
 from cityflow.catalog.file_reading import DIGESTS, LIDAR_FILES, Digest, LidarFile, bytes_of
-from cityflow.catalog.images import described_images
+from cityflow.catalog.image_entries import described_images
 from cityflow.catalog.orientation import ImageSource
-from cityflow.catalog.reading import Reading, refuse_unreadable
 from cityflow.catalog.write_folder import refuse_foreign_folder, store_catalog
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
+from cityflow.catalog.file_questions import Question, packed_as
 from cityflow.catalog.kept_answers import state_of
-from cityflow.catalog.reading import Question, packed_as
 from cityflow.errors import CityflowError
 from cityflow.io.catalog.stac import sha256_of
 from cityflow.io.fetch import local_file

@@ -10,9 +10,9 @@ import shapely
 from scipy.spatial import cKDTree
 
 from cityflow.catalog.colour_reading import COLOURS, ColourJob
+from cityflow.catalog.file_questions import Reading, told_of
 from cityflow.catalog.height_ranges import low_points, within
 from cityflow.catalog.plan_index import PlanIndex
-from cityflow.catalog.reading import Reading, told_of
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.grid import Bounds
 from cityflow.imagery.colour_samples import PointColours, SampleParameters, pair_samples

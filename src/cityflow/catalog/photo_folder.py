@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from cityflow.catalog.file_questions import Reading, told_of
 from cityflow.catalog.file_reading import IMAGE_FILES, ImageFile, bytes_of
 from cityflow.catalog.image_files import ImageFiles, unit_names
-from cityflow.catalog.reading import Reading, told_of
 from cityflow.catalog.white import white_level
 from cityflow.core.arrays import FloatArray
 from cityflow.core.photo_metadata import PhotoMetadata

@@ -11,9 +11,9 @@ from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Direction, EdgeOverhang, Lod, OutlineEdge, Polyhedron, RoofPlane, Scalar, Status
+from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud
-from cityflow.core.wall_points import WallPoints, joined_walls
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import EdgeOverhang, Polyhedron, RoofPlane, Semantic
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.evaluation.models_overhangs import OverhangErrors, overhang_errors
 from cityflow.evaluation.models_planes import model_surfaces, slivers, whole_planes
 from cityflow.evaluation.models_points import Matched, match_points, outline_corners

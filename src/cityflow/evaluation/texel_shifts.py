@@ -7,7 +7,7 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.texture import FacePlane, Patch
-from cityflow.evaluation.textures import on_face
+from cityflow.evaluation.texture_accuracy import on_face
 from cityflow.geometry.polygon_triangulation import triangulate_polygon
 from cityflow.geometry.textured_view import TexturedTriangles, draw_textured
 

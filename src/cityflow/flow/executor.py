@@ -31,11 +31,11 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import Silent, Watcher
 from cityflow.flow.records import read_record
 from cityflow.flow.reply import Ending, Reply
+from cityflow.flow.run_summary import Summary
 from cityflow.flow.sealed import Sealed
 from cityflow.flow.state import State
 from cityflow.flow.store import Store
 from cityflow.flow.submission import Submission, prefix
-from cityflow.flow.summary import Summary
 from cityflow.flow.suspects import Job, Suspects
 from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.task_source import NOTHING_KNOWN, Context, Source, never

@@ -8,16 +8,16 @@ from types import TracebackType
 
 from cityflow.core.arrays import IntArray
 from cityflow.core.building import Status
-from cityflow.flow.joined import Joined
 from cityflow.flow.loose import Held, Loose
 from cityflow.flow.mending import mended
 from cityflow.flow.outputs import Outputs
+from cityflow.flow.record_segments import bits_of, write_segment
 from cityflow.flow.records import quoted, write_mark
 from cityflow.flow.removal import Removal
 from cityflow.flow.row import Row
 from cityflow.flow.sealed import Sealed
+from cityflow.flow.segment_index import Joined
 from cityflow.flow.segment_rows import Place, Rows
-from cityflow.flow.segments import bits_of, write_segment
 from cityflow.flow.some_units import ALL, SomeUnits
 from cityflow.flow.state import State
 from cityflow.flow.store import Store

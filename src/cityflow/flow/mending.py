@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cityflow.flow.joined import Joined
+from cityflow.flow.record_segments import FOLDER as SEGMENTS
+from cityflow.flow.record_segments import LINES, checksum, lines_path, rebuilt, write_table
 from cityflow.flow.records import FOLDER, STARTED, record_path
-from cityflow.flow.segments import FOLDER as SEGMENTS
-from cityflow.flow.segments import LINES, checksum, lines_path, rebuilt, write_table
+from cityflow.flow.segment_index import Joined
 from cityflow.flow.store import Store
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from cityflow.flow.index import cache_path
-from cityflow.flow.segments import FOLDER, LINES, TABLE, checksum, lines_path
+from cityflow.flow.record_segments import FOLDER, LINES, TABLE, checksum, lines_path
 from cityflow.flow.store import Store
 
 

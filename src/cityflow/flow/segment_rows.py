@@ -12,9 +12,9 @@ import pyarrow.compute as pc
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.building import Status
+from cityflow.flow.record_segments import key_of
 from cityflow.flow.records import quoted
 from cityflow.flow.row import NAMES, Row
-from cityflow.flow.segments import key_of
 from cityflow.flow.some_units import SomeUnits
 
 TOLD = 8192

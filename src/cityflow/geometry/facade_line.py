@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.core.wall_points import WallPoints
+from cityflow.core.facade_points import WallPoints
 from cityflow.geometry.straight_edges import WallEdge
 
 INSIDE_M, OUTSIDE_M = 2.0, 0.6

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Polyhedron, RoofPlane
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.geometry.roof_adjacency import TOUCH_M, Border, Meeting, RoofSurface, borders, roof_surfaces
 
 SMALL_M2, SMALL_SHARE = 1.0, 0.01

@@ -7,8 +7,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.grid import Bounds
-from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.flow.store import Store
 from cityflow.handover.array_file import decode_arrays, encode_arrays
 

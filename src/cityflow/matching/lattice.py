@@ -11,10 +11,10 @@ from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.parameters import Parameters
+from cityflow.matching.disparity_search import Range, Search, Sight, hull_around, search_around, search_everywhere
 from cityflow.matching.grey import GreyImage
 from cityflow.matching.rectification import Rectification
 from cityflow.matching.resample import resampled
-from cityflow.matching.search import Range, Search, Sight, hull_around, search_around, search_everywhere
 from cityflow.matching.sgm import SgmClock, SgmParameters, matched_block
 from cityflow.matching.subpixel import SubpixelParameters, refined
 

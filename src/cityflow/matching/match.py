@@ -18,7 +18,7 @@ from cityflow.matching.block_use import BlockUse, Square, squares_of
 from cityflow.matching.depth_edges import EdgeParameters, at_image_edges
 from cityflow.matching.grey import GreyImage, TileStore
 from cityflow.matching.lattice import LatticeParameters, PairLattice
-from cityflow.matching.merge import DISPARITY_SIGMA_PX, MOST_SIGMA_GSD, MergeParameters, depths_of_pair, merged
+from cityflow.matching.merge_depths import DISPARITY_SIGMA_PX, MOST_SIGMA_GSD, MergeParameters, depths_of_pair, merged
 from cityflow.matching.needed import PART_PX, NeededParts, Window
 from cityflow.matching.pairs import PairReport, coarse_level, prepared_pair
 from cityflow.matching.sgm import SgmClock

@@ -12,8 +12,8 @@ from pydantic import Field
 from cityflow.core.arrays import ByteArray, Float32Array
 from cityflow.core.parameters import Parameters
 from cityflow.matching.census import census
+from cityflow.matching.disparity_search import Search, Sight
 from cityflow.matching.paths import Penalties, best_shifts
-from cityflow.matching.search import Search, Sight
 
 SMALL_STEP = 25
 """Penalty of a disparity step of one pixel, bits of the census; set by hand on images of the synthetic town, as are the next two."""

@@ -13,9 +13,9 @@ from functools import partial
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Record, Task
 from cityflow.io.catalog.stac_assets import Catalog
-from cityflow.pipeline.parameters import CityParameters
 from cityflow.pipeline.pipeline import PIPELINE
 from cityflow.pipeline.walk import Walk
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.stages import match
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.survey.city import City, outlines_are_missing

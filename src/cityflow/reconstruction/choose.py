@@ -25,7 +25,7 @@ from cityflow.reconstruction.extruded import ExtrudedParameters
 from cityflow.reconstruction.monolithic import MonolithicParameters
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
 from cityflow.reconstruction.primitives import PrimitivesParameters
-from cityflow.reconstruction.roof_types_parts.reading import RoofTypesParameters
+from cityflow.reconstruction.roof_types_parts.roof_evidence import RoofTypesParameters
 from cityflow.reconstruction.scores import Score, ScoreParameters, scored, with_faces
 from cityflow.reconstruction.solids.levels import LevelParameters
 from cityflow.reconstruction.volumetric import VolumetricParameters

@@ -13,14 +13,15 @@ import numpy as np
 
 from cityflow.core.building import RoofPlane, Scalar, Status
 from cityflow.core.reconstruction import Candidate, Evidence
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.roof_types_parts import hypotheses as hypotheses_of
 from cityflow.reconstruction.roof_types_parts.composition import Composition, composed_roofs, lifted, simple_roofs
 from cityflow.reconstruction.roof_types_parts.decomposition import INSIDE_WING, layouts
 from cityflow.reconstruction.roof_types_parts.dormers import with_dormers
 from cityflow.reconstruction.roof_types_parts.outline_sides import fills, is_round, sides_of, whole_quad
-from cityflow.reconstruction.roof_types_parts.reading import (
+from cityflow.reconstruction.roof_types_parts.regular_outline import DOUBT_COST
+from cityflow.reconstruction.roof_types_parts.roof_evidence import (
     LEAST_CELLS,
     LEAST_FILL,
     MOST_OFF,
@@ -29,7 +30,6 @@ from cityflow.reconstruction.roof_types_parts.reading import (
     RoofTypesParameters,
     read,
 )
-from cityflow.reconstruction.roof_types_parts.regular_outline import DOUBT_COST
 from cityflow.reconstruction.roof_types_parts.roof_model import RoofModel, partition_of, roof_model
 from cityflow.reconstruction.roof_types_parts.shape_fit import Clues, with_noise_of
 from cityflow.reconstruction.solids.assemble import assemble

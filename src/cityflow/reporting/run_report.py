@@ -20,7 +20,7 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.row import Row
 from cityflow.io.crs import vertical_datum
 from cityflow.io.globe import globe_of
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.reporting.change_report import told_changes
 from cityflow.reporting.checkpoint_rows import checkpoint_rows
 from cityflow.reporting.image_figures import image_figures

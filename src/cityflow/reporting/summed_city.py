@@ -8,7 +8,7 @@ from typing import Self
 
 from cityflow.core.building import Status
 from cityflow.core.verdicts import Verdict
-from cityflow.handover.summary import SUMMARY, Summary, added, decode_summary, first_of
+from cityflow.handover.export_summary import SUMMARY, Summary, added, decode_summary, first_of
 from cityflow.runs.current import CurrentRecords
 from cityflow.runs.prepare import Prepared
 from cityflow.stages import export

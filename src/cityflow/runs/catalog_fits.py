@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cityflow.errors import CatalogError
 from cityflow.io.catalog.stac_assets import Catalog
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 
 SOURCES = {"lidar": "LiDAR files", "images": "oriented images", "rasters": "a DSM"}
 

@@ -13,7 +13,7 @@ from cityflow.errors import RunError, WorkflowError
 from cityflow.flow.records import quoted, unquoted
 from cityflow.flow.stage import Node
 from cityflow.flow.store import Store
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.runs.settings import explain_invalid, known_part, parse_setting
 
 FOLDER = "overrides"

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field, ValidationError
 
 from cityflow.core.parameters import Parameters, merged
 from cityflow.errors import WorkflowError
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.runs.known_keys import AT_TOP, unknown_key
 from cityflow.runs.setting_text import listed, read_tree, split_setting
 

@@ -24,7 +24,7 @@ from cityflow.survey.texture_inputs import windows_are_wanted
 from cityflow.survey.texture_needs import texture_needs
 from cityflow.survey.unit_entry import UnitEntry
 from cityflow.texture.planes import face_planes
-from cityflow.windows.find import find_unit_windows
+from cityflow.windows.find_windows import find_unit_windows
 from cityflow.windows.window_parameters import WindowParameters
 
 NAME = "windows"

@@ -13,7 +13,7 @@ from cityflow.io.export_formats.formats import TITLES as EXPORT_FORMATS
 from cityflow.matching.match import MatchParameters
 from cityflow.orientation.flight_plan import FlightPlanParameters
 from cityflow.orientation.look_directions import LookParameters
-from cityflow.outlines.find import FindParameters
+from cityflow.outlines.find_outlines import FindParameters
 from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.reconstruction.model import ModelParameters
@@ -152,7 +152,7 @@ class StageLimits(Parameters):
 
 
 class ExecutionParameters(Parameters):
-    """How tasks are run; nothing here changes a result. Each stage has limits of its own under its name (`cityflow.pipeline.parameters`)."""
+    """How tasks are run; nothing here changes a result. Each stage has limits of its own under its name (`cityflow.pipeline.workflow_parameters`)."""
 
     max_in_flight: int | None = Field(None, ge=1, description="tasks on the scheduler at once; null: some per worker")
 

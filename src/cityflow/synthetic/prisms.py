@@ -8,9 +8,9 @@ import shapely
 from cityflow.core.building import RoofPlane
 from cityflow.core.grid import Bounds
 from cityflow.geometry.polygon_triangulation import triangulate_polygon
+from cityflow.synthetic.known_terrain import Terrain
 from cityflow.synthetic.mesh import Material, Part
 from cityflow.synthetic.roofs import MAIN, TruthFace
-from cityflow.synthetic.terrain import Terrain
 from cityflow.synthetic.town_soup import FaceSoup, Look, TextureFrame, plane_frame
 
 DECK_M, DECK_WIDTH_M = 1.0, 9.0

@@ -12,10 +12,10 @@ from pydantic import Field
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Bounds
 from cityflow.core.parameters import Parameters
+from cityflow.synthetic.known_terrain import Terrain, make_terrain, terraced, unbroken
 from cityflow.synthetic.mesh import TownMesh
 from cityflow.synthetic.prisms import add_bridge, bridge_over
 from cityflow.synthetic.roofs import TruthFace
-from cityflow.synthetic.terrain import Terrain, make_terrain, terraced, unbroken
 from cityflow.synthetic.town_cars import Cars, add_cars, park_cars
 from cityflow.synthetic.town_facades import DOOR, Wall, plan_walls
 from cityflow.synthetic.town_green import LeafRule, Trees, add_trees, plant_trees

@@ -10,7 +10,7 @@ import shapely
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.synthetic import roofs
-from cityflow.synthetic.terrain import Terrain
+from cityflow.synthetic.known_terrain import Terrain
 from cityflow.synthetic.town_shapes import RoofLines, Volume, wall_profile
 from cityflow.synthetic.town_units import Unit
 

@@ -10,8 +10,8 @@ import shapely
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds
+from cityflow.synthetic.known_terrain import Terrain
 from cityflow.synthetic.mesh import Material, Part
-from cityflow.synthetic.terrain import Terrain
 from cityflow.synthetic.town_layout import PAVEMENT_M, PlacedBlock, StreetNet
 from cityflow.synthetic.town_soup import FaceSoup, Look, TextureFrame
 from cityflow.synthetic.town_units import Unit

@@ -9,8 +9,8 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.grid import Bounds
+from cityflow.synthetic.known_terrain import Terrain
 from cityflow.synthetic.mesh import Material, Part
-from cityflow.synthetic.terrain import Terrain
 from cityflow.synthetic.town_layout import PAVEMENT_M, Axis, PlacedBlock, StreetNet
 from cityflow.synthetic.town_soup import FaceSoup, Look, TextureFrame
 

@@ -14,8 +14,8 @@ from cityflow.core.grid import Bounds, Tile, tiles_over
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
 from cityflow.synthetic.caster import NOTHING, Scene
+from cityflow.synthetic.known_terrain import Terrain
 from cityflow.synthetic.mesh import Part, TownMesh
-from cityflow.synthetic.terrain import Terrain
 
 TILE_M = 125.0
 HALO_M = 45.0

@@ -14,8 +14,8 @@ from shapely.geometry.polygon import orient
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Bounds
 from cityflow.synthetic import roofs
+from cityflow.synthetic.known_terrain import Terrain
 from cityflow.synthetic.roofs import MAIN, Placement, TruthFace
-from cityflow.synthetic.terrain import Terrain
 from cityflow.synthetic.town_drafts import GapDraft, Style, UnitDraft
 from cityflow.synthetic.town_layout import PlacedBlock, StreetNet
 from cityflow.synthetic.town_shapes import Volume, moved

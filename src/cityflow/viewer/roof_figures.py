@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.viewer.unit_figures import CLAIM, ROOF_TYPE, UnitFigures, quantile
 
 CLAIMS_M = (0.1, 0.2)

@@ -9,8 +9,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from cityflow.catalog.file_questions import Reading, in_silence
 from cityflow.catalog.kept_answers import KeptAnswers
-from cityflow.catalog.reading import Reading, in_silence
 from cityflow.flow.spread import Spread
 
 

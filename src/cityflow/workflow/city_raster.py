@@ -12,7 +12,7 @@ from rich.console import Console
 
 from cityflow.errors import RunError
 from cityflow.evaluation.statistics import error_statistics
-from cityflow.flow.arrays import computing
+from cityflow.flow.lazy_arrays import computing
 from cityflow.flow.store import Store
 from cityflow.io.crs import resolve
 from cityflow.runs.run_folder import DESCRIPTION
@@ -108,7 +108,7 @@ def _factor(surface: xr.Dataset, cell_m: float, run: str) -> int:
 
 
 def _heights(surface: xr.Dataset, request: RasterRequest, factor: int, cell: float, run: str) -> xr.DataArray:
-    from cityflow.surface.city_raster import coarser, difference
+    from cityflow.surface.lazy_city_raster import coarser, difference
 
     ours = coarser(surface[request.layer], factor)
     if not request.minus:
@@ -128,7 +128,7 @@ def _heights(surface: xr.Dataset, request: RasterRequest, factor: int, cell: flo
 def _computed(
     compute: Callable[[Any], Any], heights: xr.DataArray, request: RasterRequest, cell: float
 ) -> xr.DataArray:
-    from cityflow.surface.city_raster import relief
+    from cityflow.surface.lazy_city_raster import relief
 
     found: xr.DataArray = compute(relief(heights, cell) if request.relief else heights)
     return found

@@ -17,7 +17,7 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.json_values import rounded
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError, RunError
-from cityflow.evaluation.checkpoints import heights_at, ortho_shift
+from cityflow.evaluation.checkpoint_residuals import heights_at, ortho_shift
 from cityflow.evaluation.statistics import ErrorStatistics, error_statistics
 from cityflow.flow.store import Store
 from cityflow.io.crs import vertical_datum

@@ -13,7 +13,7 @@ from rich.table import Table
 from shapely import Polygon
 
 from cityflow.evaluation.outlines import OutlineAccuracy, compare_outlines, united_by_adjacency
-from cityflow.evaluation.wall_lines import edges_of, found_along, length_found, stretches_of
+from cityflow.evaluation.wall_completeness import edges_of, found_along, length_found, stretches_of
 from cityflow.io.tables.outlines_gpkg import Layer, write_geopackage
 from cityflow.runs.run_folder import open_run
 from cityflow.workflow.printed import print_json

@@ -8,9 +8,9 @@ from typing import Any
 from rich.console import Console
 from shapely import LineString, Polygon
 
-from cityflow.evaluation.borders import TRACES, Border, borders_of, with_traces
 from cityflow.evaluation.outlines import united_by_adjacency
-from cityflow.evaluation.units import FoundUnits, UnitsAccuracy, UnitsParameters, compare_units
+from cityflow.evaluation.unit_accuracy import FoundUnits, UnitsAccuracy, UnitsParameters, compare_units
+from cityflow.evaluation.unit_borders import TRACES, Border, borders_of, with_traces
 from cityflow.io.tables.outlines_gpkg import Layer, write_geopackage
 from cityflow.runs.run_folder import open_run
 from cityflow.workflow.evaluate_outlines import as_json, rounded, table

@@ -20,7 +20,7 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.handover.export_rows import ROWS
-from cityflow.handover.summary import around, decode_summary
+from cityflow.handover.export_summary import around, decode_summary
 from cityflow.io.city_models.cityjson import Transform, json_line
 from cityflow.io.city_models.cityjson_sequence import extent_of_headers, join
 from cityflow.io.export_formats.cityjson import FOLDER as CITYJSON
@@ -28,7 +28,7 @@ from cityflow.io.tables.outlines_gpkg import Layer, write_geopackage_in_parts
 from cityflow.runs.known_keys import nearest
 from cityflow.runs.run_folder import open_run
 from cityflow.stages import export, ingest, outline, units
-from cityflow.stages.export.joined import JoinInputs, Refused, map_layers
+from cityflow.stages.export.joined_products import JoinInputs, Refused, map_layers
 from cityflow.stages.export.merge import summary_of
 from cityflow.survey.city import OUTLINES
 from cityflow.survey.districts import CITY

@@ -15,8 +15,8 @@ from cityflow.flow.stage import Node
 from cityflow.flow.talk import Talk
 from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.pipeline.city_part import Chosen
-from cityflow.pipeline.parameters import CityParameters
 from cityflow.pipeline.pipeline import in_flow_order
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.runs.current import CurrentRecords, current_records
 from cityflow.runs.known_keys import nearest
 from cityflow.runs.overrides import clear_overrides, overrides_for, read_overrides, write_overrides

@@ -7,7 +7,7 @@ from collections.abc import Set as AbstractSet
 from typing import Any
 
 from cityflow.errors import RunError
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.runs.overrides import read_overrides
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.settings import parse_setting

@@ -12,10 +12,10 @@ from shapely import LineString, Polygon
 from shapely.geometry.polygon import orient
 
 from cityflow.core.building import OutlineEdge, Polyhedron
+from cityflow.core.facade_points import WallPoints
 from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud, concatenate
 from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Picture
-from cityflow.core.wall_points import WallPoints
 from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs

@@ -7,9 +7,9 @@ import pytest
 from shapely import LineString, Polygon
 
 from cityflow.core.building import EdgeOverhang, OutlineEdge
+from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Evidence
-from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.geometry.facade_line import facade_place
 from cityflow.geometry.straight_edges import WallEdge
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters

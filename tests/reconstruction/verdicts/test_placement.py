@@ -11,9 +11,9 @@ from shapely.affinity import rotate, translate
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Polyhedron
+from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Evidence
-from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.verdicts.placement import placement_of
 from cityflow.reconstruction.verdicts.roof_fit import fit_of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cityflow.core.building import Building, Lod
-from cityflow.core.roof_types import CODES
+from cityflow.core.roof_type_names import CODES
 from cityflow.geometry.roof_type import roof_type
 
 ROOF_TYPE_CODES = "https://www.sig3d.org/codelists/citygml/2.0/building/2.0/_AbstractBuilding_roofType.xml"

@@ -15,7 +15,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cityflow.core.edits import DrawnOutline, Edits, SetRoofType, as_outline
 from cityflow.core.reference import Reference
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.errors import CatalogError
 from cityflow.io.fetch import local_file
 from cityflow.io.tables.feature_ids import format_id

@@ -21,7 +21,7 @@ from cityflow.core.reference import Reference
 from cityflow.core.splitting import CutLine, Splitting
 from cityflow.io.attributes import GROUND_KEY, described, scalars
 from cityflow.io.crs import horizontal_crs, vertical_datum
-from cityflow.io.tables.columns import Keys, columns_of
+from cityflow.io.tables.typed_columns import Keys, columns_of
 
 _LINE = "LineString"
 _RESERVED = ("fid", "geom")

@@ -15,8 +15,8 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.building import Scalar
 from cityflow.core.reference import Reference
 from cityflow.io.crs import horizontal_crs
-from cityflow.io.tables.columns import Row, columns_of
 from cityflow.io.tables.geoparquet import geoparquet_bytes
+from cityflow.io.tables.typed_columns import Row, columns_of
 
 UNITS, INDEX = "units", "index"
 """Folders among the products."""

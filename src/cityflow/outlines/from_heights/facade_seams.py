@@ -14,8 +14,8 @@ import numpy as np
 from scipy.special import bdtrc
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.facade_points import WallPoints
 from cityflow.core.grid import Grid
-from cityflow.core.wall_points import WallPoints
 from cityflow.geometry.facade_line import BELOW_ROOF_M
 from cityflow.outlines.from_heights.seam_lattice import LEAST_SHARE, Lattice, Seam, roofs_beside, runs
 

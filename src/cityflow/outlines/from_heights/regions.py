@@ -12,10 +12,10 @@ from scipy import ndimage
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from cityflow.core.facade_points import WallPoints
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import BRIDGE, HIGH_VEGETATION, WATER
-from cityflow.core.wall_points import WallPoints
 from cityflow.outlines.from_heights.standing import VEHICLE_AREA_M2, standing
 
 CLOSING_M = 0.5

@@ -10,8 +10,8 @@ from pydantic import Field
 from shapely import LineString
 
 from cityflow.core.arrays import IntArray
+from cityflow.core.facade_points import WallPoints
 from cityflow.core.parameters import Parameters
-from cityflow.core.wall_points import WallPoints
 from cityflow.outlines.from_walls.wall_joining import joined
 from cityflow.outlines.from_walls.wall_line import CURVE, LINE, Heights, WallLine
 from cityflow.outlines.from_walls.wall_pieces import Piece, PieceRules, PointIndex, near_fit, strip_pieces

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
-from cityflow.core.wall_points import WallPoints
+from cityflow.core.facade_points import WallPoints
 from cityflow.outlines.from_walls.wall_curves import Fit, fitted
 from cityflow.outlines.from_walls.wall_raster import WallCells
 from cityflow.outlines.from_walls.wall_sections import Prices, parts

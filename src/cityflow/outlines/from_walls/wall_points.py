@@ -9,9 +9,9 @@ from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.depth_map import ImagePoints
+from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
-from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.outlines.from_walls.wall_normals import Normals, normals, steep
 from cityflow.outlines.from_walls.wall_thinning import Columns, Int32Array, Neighbourhoods, Voxels, thinned
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.core.facade_points import WallPoints
 from cityflow.core.kernels import njit
-from cityflow.core.wall_points import WallPoints
 from cityflow.outlines.from_walls.wall_thinning import Int32Array
 
 BINS = 36

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.wall_points import WallPoints
+from cityflow.core.facade_points import WallPoints
 from cityflow.outlines.from_walls.wall_pieces import Piece, PieceRules, PointIndex, piece_of
 
 STEP_M = 0.25

@@ -10,7 +10,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.wall_points import WallPoints
+from cityflow.core.facade_points import WallPoints
 from cityflow.outlines.from_walls.wall_line import Heights, WallLine
 
 SECTION_M = 0.5

@@ -8,7 +8,7 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Outline
-from cityflow.core.wall_points import WallPoints
+from cityflow.core.facade_points import WallPoints
 from cityflow.geometry.facade_line import (
     BELOW_ROOF_M,
     INSIDE_M,

@@ -10,7 +10,7 @@ import shapely
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.geometry.roof_type import LEVEL_SHARE, MAIN_SHARE, RIVAL_SHARE, STEP_M
 from cityflow.reconstruction.roof_types_parts.decomposition import Layout, Wing, ridge_line
 from cityflow.reconstruction.roof_types_parts.height_fit import RIDGED, linear_fit

@@ -17,7 +17,7 @@ from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.kernels import njit
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.reconstruction.roof_types_parts.dormer_values import (
     LEAST_EVIDENCE,
     MOST_LINES,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.reconstruction.roof_types_parts.roof_model import PlacedSkeleton, roof_model
 from cityflow.reconstruction.roof_types_parts.shape_fit import ROBUST, Clues, cell_means
 from cityflow.reconstruction.roof_types_parts.skeletons import shape_heights

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.reconstruction.roof_types_parts import skeletons
 from cityflow.reconstruction.roof_types_parts.hypothesis import (
     MANSARD_DEG,

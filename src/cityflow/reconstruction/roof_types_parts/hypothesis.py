@@ -11,7 +11,7 @@ from pydantic import Field
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.parameters import Parameters
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.reconstruction.roof_types_parts.shape_fit import Clues, cell_means, fitted_heights, ridge_cost
 from cityflow.reconstruction.roof_types_parts.skeletons import BEND, D0, D1, R2, R3, S2, S3, Quad, Skeleton
 

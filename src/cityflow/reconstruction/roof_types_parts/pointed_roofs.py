@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 from cityflow.reconstruction.roof_types_parts import skeletons
 from cityflow.reconstruction.roof_types_parts.hypothesis import (
     MOST_TEETH,

@@ -17,7 +17,7 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.kernels import njit
-from cityflow.core.roof_types import RoofType
+from cityflow.core.roof_type_names import RoofType
 
 D0, D1, R2, R3, S2, S3, BEND, BEND_T = range(8)
 """Places of a shape's numbers: ridge distances (m), runs of the ends (m), their starts (share), bend of f (at share, to share)."""

@@ -14,9 +14,9 @@ import numpy as np
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.facade_points import WallPoints
 from cityflow.core.kernels import njit
 from cityflow.core.reconstruction import Evidence
-from cityflow.core.wall_points import WallPoints
 from cityflow.geometry.straight_edges import wall_edges
 from cityflow.reconstruction.verdicts.surroundings import Surroundings
 

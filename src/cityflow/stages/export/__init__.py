@@ -27,12 +27,12 @@ from cityflow.io.export_formats.formats import written
 from cityflow.io.export_formats.tile import CityTile
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
 from cityflow.stages.export import merge
-from cityflow.stages.export.placing import said_inputs
+from cityflow.stages.export.metadata_inputs import said_inputs
 from cityflow.stages.export.table import table_of, table_path
 from cityflow.stages.export.terrain import Draped, DrapeInputs, drape, plans_of, terrain_of
-from cityflow.stages.export.textures import texture_sets, with_texture_figures
+from cityflow.stages.export.textured_faces import texture_sets, with_texture_figures
+from cityflow.stages.export.tile_openings import openings_on, with_window_figures
 from cityflow.stages.export.tile_summary import leave_summary
-from cityflow.stages.export.windows import openings_on, with_window_figures
 from cityflow.surface.tin_parts import connected_parts
 from cityflow.survey.city import EXPORT, City
 from cityflow.survey.districts import CITY

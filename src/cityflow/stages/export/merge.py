@@ -11,8 +11,8 @@ from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.export_rows import ROWS
+from cityflow.handover.export_summary import SUMMARY, Summary, added, around, decode_summary, encode_summary, first_of
 from cityflow.handover.product_metadata import ProductMetadata
-from cityflow.handover.summary import SUMMARY, Summary, added, around, decode_summary, encode_summary, first_of
 from cityflow.io.catalog.products_catalog import COLLECTION, city_files, district_file, district_path, item_path
 from cityflow.io.catalog.stac_assets import RASTERS
 from cityflow.io.city_models.tiles3d import PORTABLE, RAW
@@ -22,8 +22,8 @@ from cityflow.io.export_formats.tiles3d import about_tiles
 from cityflow.io.globe import globe_of
 from cityflow.io.rasters.raster import write_vrt
 from cityflow.stages.export.items import PRODUCTS, item_of, source_of
-from cityflow.stages.export.joined import JoinInputs, Refused, write_joined
-from cityflow.stages.export.placing import said_inputs
+from cityflow.stages.export.joined_products import JoinInputs, Refused, write_joined
+from cityflow.stages.export.metadata_inputs import said_inputs
 from cityflow.stages.export.table import index_of, index_path, refused_index, table_path
 from cityflow.survey.city import EXPORT as NAME
 from cityflow.survey.city import City

@@ -13,7 +13,7 @@ from cityflow.io.crs import resolve
 from cityflow.io.tables.outlines_gpkg import unit_layer
 from cityflow.io.tables.unit_tables import INDEX, UNITS, UnitTable, indexed, read_for_index, write_index, write_units
 from cityflow.stages.export.items import PRODUCTS
-from cityflow.stages.export.joined import unit_of
+from cityflow.stages.export.joined_products import unit_of
 
 NO_TILE = ""
 """Stands for the tile of a refused outline: it belongs to none."""

@@ -7,8 +7,8 @@ from typing import Any
 
 from cityflow.core.grid import Bounds
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.export_summary import SUMMARY, Summary, encode_summary, worst_of
 from cityflow.handover.product_metadata import ProductMetadata
-from cityflow.handover.summary import SUMMARY, Summary, encode_summary, worst_of
 from cityflow.handover.unit_counts import counts_of
 from cityflow.io.city_models.tiles3d import FOLDER as TILES3D
 from cityflow.io.city_models.tiles3d import PORTABLE, RAW

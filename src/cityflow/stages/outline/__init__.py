@@ -22,13 +22,13 @@ from cityflow.handover.refused_outlines import REFUSED, encode_refused
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_point_files import read_walls
 from cityflow.io.rasters.surface_dataset import read_layers
-from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
+from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.given.edited import apply_to_outlines
 from cityflow.outlines.under_eaves.facades_inside import SeenHouses
 from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters
+from cityflow.stages.outline import given_walls as outline_walls
 from cityflow.stages.outline import needs
-from cityflow.stages.outline import walls as outline_walls
 from cityflow.survey.city import City
 from cityflow.survey.given_outlines import NodedFile
 from cityflow.survey.recipe import Recipe, draft_by

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from cityflow.flow.stage import Node
-from cityflow.stages.outline import walls as outline_walls
+from cityflow.stages.outline import given_walls as outline_walls
 from cityflow.survey.city import INGEST, City
 from cityflow.survey.city import OUTLINES as OUTLINES_GIVEN
 from cityflow.survey.given_outlines import ACCURACY, noding_unit

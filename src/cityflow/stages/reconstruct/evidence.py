@@ -11,6 +11,7 @@ import shapely
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Outline
+from cityflow.core.facade_points import WallPoints
 from cityflow.core.grid import Grid, grown
 from cityflow.core.points import (
     BUILDING,
@@ -20,7 +21,6 @@ from cityflow.core.points import (
     PointCloud,
 )
 from cityflow.core.reconstruction import Evidence, HeightRaster, Picture
-from cityflow.core.wall_points import WallPoints
 from cityflow.errors import CityflowError, RefusedUnit
 from cityflow.flow.json_writers import SHARED
 from cityflow.flow.store import Store

@@ -13,9 +13,9 @@ from cityflow.core.texture import FaceKey, FacePlane, Patch
 from cityflow.windows.facade_picture import Picture, picture_of
 from cityflow.windows.fitting import fitted
 from cityflow.windows.panels import JOINT_PX, barred, panelled
-from cityflow.windows.search import LEAST_KEPT, Found, found_on
 from cityflow.windows.storeys import storeys_of
 from cityflow.windows.window_parameters import WindowParameters
+from cityflow.windows.window_search import LEAST_KEPT, Found, found_on
 
 MOST_GLASS = 0.6
 """Share of a wall covered by openings from which it is a glass façade; set by hand on drawn façades."""

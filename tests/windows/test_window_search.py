@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from cityflow.windows.candidates import channels_of
-from cityflow.windows.search import LAP_M, STRIP_M, found_on, searched, strips
 from cityflow.windows.window_parameters import WindowParameters
+from cityflow.windows.window_search import LAP_M, STRIP_M, found_on, searched, strips
 from drawn_walls import CELL_M, rows_of, wall
 
 P = WindowParameters()

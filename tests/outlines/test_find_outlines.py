@@ -9,7 +9,7 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import HIGH_VEGETATION
 from cityflow.evaluation.outlines import compare_outlines
-from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
+from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
 
 EXACT = FindParameters(spot_m=0.0)
 

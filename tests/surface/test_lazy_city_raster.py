@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from cityflow.geometry.hill_shade import hill_shade
-from cityflow.surface.city_raster import coarser, difference, relief
+from cityflow.surface.lazy_city_raster import coarser, difference, relief
 
 TILE = 20
 

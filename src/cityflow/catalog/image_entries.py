@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cityflow.catalog.file_questions import Reading, told_of
 from cityflow.catalog.file_reading import IMAGE_FILES, ImageFile, bytes_of
 from cityflow.catalog.gains import Balanced, balanced
 from cityflow.catalog.height_ranges import (
@@ -23,7 +24,6 @@ from cityflow.catalog.height_ranges import (
 )
 from cityflow.catalog.image_files import ImageFiles, matched, sizes_of, unit_names
 from cityflow.catalog.orientation import ImageSource, read_model
-from cityflow.catalog.reading import Reading, told_of
 from cityflow.catalog.white import with_white
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage

@@ -6,7 +6,7 @@ from shapely import box
 
 from cityflow.core.building import Semantic
 from cityflow.core.texture import FacePlane
-from cityflow.evaluation.windows import compare_windows, on_face, total
+from cityflow.evaluation.window_accuracy import compare_windows, on_face, total
 
 TRUE = np.array([[0, 0, 1, 1], [2, 0, 3, 1], [4, 0, 5, 1.0]])
 SEEN = np.ones(3, bool)

@@ -11,7 +11,7 @@ from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Outline
-from cityflow.core.wall_points import WallPoints
+from cityflow.core.facade_points import WallPoints
 from cityflow.outlines.footprint_parameters import FindParameters
 from cityflow.outlines.from_heights.footprint_roofs import orientations_of, roof_outlines
 from cityflow.outlines.from_heights.regions import (

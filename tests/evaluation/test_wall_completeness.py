@@ -5,7 +5,7 @@ import pytest
 import shapely
 from shapely import LineString, box
 
-from cityflow.evaluation.wall_lines import edges_of, found_along, length_found, stretches_of
+from cityflow.evaluation.wall_completeness import edges_of, found_along, length_found, stretches_of
 
 
 def test_stretches_stand_for_the_whole_length() -> None:

@@ -22,7 +22,7 @@ from shapely import LineString, Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.parameters import Parameters
-from cityflow.evaluation.borders import TRACES, Border, angle_between, main_direction
+from cityflow.evaluation.unit_borders import TRACES, Border, angle_between, main_direction
 
 _HALF = 0.5
 """A unit is at home where more than half of it lies."""

@@ -9,9 +9,17 @@ from shapely import Polygon, box
 from cityflow.core.building import Semantic
 from cityflow.core.openings import FaceOpenings
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, FaceFigures, FacePlane, Patch
-from cityflow.evaluation.windows import WindowCounts, compare_windows, intersection_over_union, total
+from cityflow.evaluation.window_accuracy import WindowCounts, compare_windows, intersection_over_union, total
 from cityflow.synthetic.town_facades import DOOR, WINDOW
-from cityflow.windows.find import GLASS, PANELS, TOO_COARSE, UNSEEN, find_unit_windows, find_windows, unit_openings
+from cityflow.windows.find_windows import (
+    GLASS,
+    PANELS,
+    TOO_COARSE,
+    UNSEEN,
+    find_unit_windows,
+    find_windows,
+    unit_openings,
+)
 from cityflow.windows.window_parameters import WindowParameters
 from scenes.drawn_facades import STYLES, DrawnFacade, draw_facade
 from scenes.facade_errors import ImageErrors

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cityflow.core.wall_points import WallPoints, joined_walls
+from cityflow.core.facade_points import WallPoints, joined_walls
 
 
 def walls(x: list[float]) -> WallPoints:

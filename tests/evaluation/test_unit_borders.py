@@ -4,7 +4,7 @@ import pytest
 import shapely
 from shapely import LineString, Polygon, box
 
-from cityflow.evaluation.borders import angle_between, borders_of, main_direction, with_traces
+from cityflow.evaluation.unit_borders import angle_between, borders_of, main_direction, with_traces
 
 
 def test_units_that_touch_have_one_border_along_all_they_share() -> None:

@@ -8,7 +8,7 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Semantic
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, FaceFigures, FacePlane, Patch
-from cityflow.evaluation.textures import on_face, patchwork, source_share, texel_at, texels_of, textured_share
+from cityflow.evaluation.texture_accuracy import on_face, patchwork, source_share, texel_at, texels_of, textured_share
 
 FIGURES = FaceFigures(0.1, 30.0, 3, 2, 0.0, 0.0)
 RING = np.array([(0.0, 0.0, 0.0), (8.0, 0.0, 0.0), (8.0, 0.0, 5.0), (0.0, 0.0, 5.0)])

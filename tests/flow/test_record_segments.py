@@ -19,8 +19,8 @@ from cityflow.core.building import Status
 from cityflow.flow.index import cache_path
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.local_folder import LocalFolder
+from cityflow.flow.record_segments import FOLDER, LINES, TABLE
 from cityflow.flow.records import mark_path, record_path, write_mark, write_record
-from cityflow.flow.segments import FOLDER, LINES, TABLE
 from cityflow.flow.state import State
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record

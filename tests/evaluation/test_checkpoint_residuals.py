@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.grid import Grid
-from cityflow.evaluation.checkpoints import heights_at, ortho_shift
+from cityflow.evaluation.checkpoint_residuals import heights_at, ortho_shift
 
 GRID = Grid(100.0, 220.0, 0.5, 40, 40)
 

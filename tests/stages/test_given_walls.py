@@ -18,7 +18,7 @@ from cityflow.handover.surfaces import Surfaces
 from cityflow.outlines.under_eaves.facades_inside import LARGEST_M, NEAR_M, SeenHouses
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.stages.ingest.outline_sample import sampled
-from cityflow.stages.outline import walls as outline_walls
+from cityflow.stages.outline import given_walls as outline_walls
 from cityflow.survey.surface_source import ZARR
 
 TILE_M = 100.0

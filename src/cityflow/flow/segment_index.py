@@ -9,11 +9,7 @@ import numpy as np
 import pyarrow as pa
 
 from cityflow.core.arrays import IntArray
-from cityflow.flow.records import decode, quoted, unquoted
-from cityflow.flow.row import Line
-from cityflow.flow.segment_files import Files, SegmentFiles
-from cityflow.flow.segment_rows import Place, Rows, column, merged
-from cityflow.flow.segments import (
+from cityflow.flow.record_segments import (
     SCHEMA,
     Frame,
     Segment,
@@ -25,6 +21,10 @@ from cityflow.flow.segments import (
     segment_of,
     unpacked,
 )
+from cityflow.flow.records import decode, quoted, unquoted
+from cityflow.flow.row import Line
+from cityflow.flow.segment_files import Files, SegmentFiles
+from cityflow.flow.segment_rows import Place, Rows, column, merged
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 

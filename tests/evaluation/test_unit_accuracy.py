@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from shapely import LineString, Polygon, box
 from shapely.affinity import rotate, translate
 
-from cityflow.evaluation.borders import Border, borders_of
-from cityflow.evaluation.units import FoundUnits, UnitsParameters, compare_units
+from cityflow.evaluation.unit_accuracy import FoundUnits, UnitsParameters, compare_units
+from cityflow.evaluation.unit_borders import Border, borders_of
 
 ROW = [box(5 * k, 0, 5 * k + 5, 10) for k in range(4)]
 BLOCK = box(0, 0, 20, 10)

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from cityflow.catalog.create import create_catalog
+from cityflow.catalog.file_questions import Reading
 from cityflow.catalog.height_ranges import within
 from cityflow.catalog.kept_answers import KeptAnswers
 from cityflow.catalog.orientation import ImageSource
 from cityflow.catalog.plan_index import PlanIndex
-from cityflow.catalog.reading import Reading
 from cityflow.errors import CatalogError
 from cityflow.flow.spread import Spread
 from cityflow.io.catalog.stac import sha256_of

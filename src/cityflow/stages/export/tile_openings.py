@@ -12,7 +12,7 @@ from cityflow.core.texture import FaceKey
 from cityflow.handover.texture_files import faces_of
 from cityflow.handover.window_files import decode_openings
 from cityflow.texture.planes import face_planes
-from cityflow.windows.find import unit_openings
+from cityflow.windows.find_windows import unit_openings
 
 
 def openings_on(data: bytes, building: Building) -> UnitOpenings:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import Float32Array
-from cityflow.matching.merge import LONE_FACTOR, MergeParameters, depths_of_pair, merged
+from cityflow.matching.merge_depths import LONE_FACTOR, MergeParameters, depths_of_pair, merged
 from cityflow.matching.rectification import rectify
 from plain_scene import BASE_M, CAMERA, DISPARITY_PX, FLIGHT_M, FOCAL_PX, PLAIN_M, views
 

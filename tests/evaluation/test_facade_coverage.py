@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cityflow.evaluation.facades import facade_figures, wall_samples
+from cityflow.evaluation.facade_coverage import facade_figures, wall_samples
 
 WALL = np.array([[0.0, 0.0, 0.0], [8.0, 6.0, 0.0], [8.0, 6.0, 6.0], [0.0, 0.0, 6.0]])
 ACROSS = np.array([0.6, -0.8])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cityflow.matching.search import MARGIN_PX, Search, Sight, hull_around, search_around, search_everywhere
+from cityflow.matching.disparity_search import MARGIN_PX, Search, Sight, hull_around, search_around, search_everywhere
 
 WIDEST = (-40, 60)
 NAN = np.float32(np.nan)
