@@ -12,6 +12,7 @@ from rich.console import Console
 from cityflow.core.camera import OrientedImage
 from cityflow.errors import CatalogError, WorkflowError
 from cityflow.io.catalog.stac import Catalog, read_catalog
+from cityflow.reporting.orientation_report import PAGE
 from cityflow.workflow.orient import REPORT, control_in, orient_catalog, orient_parameters
 from ground_flight import ORIGIN, ground_catalog, ground_flight, turned
 
@@ -53,6 +54,12 @@ def test_spoiled_poses_are_refined_and_a_repeated_command_keeps_every_byte(tmp_p
     orient_catalog(given, out, tmp_path / "work", orient_parameters([]), "", 2, console, control)
     found = read_catalog(str(out))
     report = json.loads((out / REPORT).read_text())
+    page = (out / PAGE).read_text()
+    assert "All 9 images have a pose; nothing is doubtful." in page
+    assert f"{report['summary']['tie_points']:,} tie points" in page
+    assert found.orientation is not None
+    assert found.orientation.check is not None
+    assert found.orientation.check.count == 1
     assert report["summary"]["refined"]
     assert report["summary"]["weak"] == []
     points = {p["name"]: p for p in report["summary"]["control"]["points"]}

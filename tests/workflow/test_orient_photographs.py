@@ -29,6 +29,7 @@ from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.control_points.point_table_write import point_table_text
 from cityflow.io.images.exif_write import with_exif
 from cityflow.orientation.photo_doubts import usable_positions
+from cityflow.reporting.orientation_report import PAGE
 from cityflow.stages.orient import BLOCK
 from cityflow.stages.orient.photographs import MAP
 from cityflow.workflow.orient import REPORT
@@ -119,6 +120,7 @@ class Oriented:
     report: dict[str, Any]
     told: str
     work: Path
+    page: str
 
     @property
     def model(self) -> tuple[list[OrientedImage], np.ndarray]:
@@ -144,7 +146,7 @@ def oriented(tmp_path_factory: pytest.TempPathFactory) -> Oriented:
         photos = _written(folder / "photos", pictures)
         orient_photographs(photos, out, work, placing, photo_parameters([]), "", 1, console)
     images = {Path(a.name).stem: a.oriented for a in read_catalog(str(out)).images}
-    return Oriented(images, json.loads((out / REPORT).read_text()), told.read_text(), work)
+    return Oriented(images, json.loads((out / REPORT).read_text()), told.read_text(), work, (out / PAGE).read_text())
 
 
 def _errors(found: dict[str, OrientedImage], flight: Flight) -> tuple[np.ndarray, np.ndarray]:
@@ -168,6 +170,10 @@ def test_photographs_with_gnss_and_bad_frames(oriented: Oriented) -> None:
     assert oriented.report["reprojection_px"] < 0.6
     assert oriented.report["left_out"]["i00b.jpg"] == "the same file as i00.jpg"
     assert "blurred, dark" in oriented.report["left_out"]["black"]
+    assert "12 of 14 images have a pose" in oriented.page
+    assert f"{oriented.report['tie_points']:,} tie points" in oriented.page
+    assert oriented.page.count("<circle") == 12
+    assert all(name in oriented.page for name in ("i00b.jpg", "black"))
 
 
 @pytest.mark.cluster

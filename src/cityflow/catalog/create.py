@@ -15,6 +15,7 @@ from cityflow.catalog.file_reading import DIGESTS, LIDAR_FILES, Digest, LidarFil
 from cityflow.catalog.image_entries import described_images
 from cityflow.catalog.orientation import ImageSource
 from cityflow.catalog.write_folder import refuse_foreign_folder, store_catalog
+from cityflow.core.orientation_figures import OrientationFigures
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
 from cityflow.io.catalog.stac import (
@@ -64,6 +65,7 @@ def create_catalog(
     date: str = "",
     copy: bool = False,
     reading: Reading | None = None,
+    orientation: OrientationFigures | None = None,
 ) -> CreatedCatalog:
     """Describe files as a catalog in the folder `out`.
 
@@ -79,6 +81,7 @@ def create_catalog(
     id_column, id_format, layer : see `io.tables.outline_file.read_outlines`
     date : ISO day of the survey; empty takes the dates of the LiDAR headers
     copy : put copies of the files beside the catalog instead of referring to them
+    orientation : what has been found of the images, for the catalog to keep
     reading : where files are read; one after another in this process where it is not given. The catalog does not depend on it
 
     Raises
@@ -108,6 +111,7 @@ def create_catalog(
         attribution=attribution,
         lidar=_lidar_assets(files, date),
         rasters=_raster_assets(given, reference, date, notes, reading),
+        orientation=orientation,
     )
     made: dict[str, bytes] = {}
     if images is not None:

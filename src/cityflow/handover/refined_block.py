@@ -125,14 +125,17 @@ def _point(point: PointResidual) -> dict[str, Json]:
 
 
 def encode_points(found: Refinement) -> bytes:
-    """(P, 4) float64 as numpy's file: tie points in world metres, and how many images show each."""
+    """(P, 5) float64 as numpy's file: tie points in world metres, how many images show each, and its reprojection error in pixels (root mean square)."""
+    ties = found.adjusted.ties
+    squares = np.sum(residuals(found.adjusted.block, ties)[0] ** 2, axis=1)
+    errors = np.sqrt(np.bincount(ties.point, squares, minlength=ties.points) / np.maximum(ties.lengths, 1))
     data = io.BytesIO()
-    np.save(data, np.column_stack([found.xyz, found.adjusted.ties.lengths]), allow_pickle=False)
+    np.save(data, np.column_stack([found.xyz, ties.lengths, errors]), allow_pickle=False)
     return data.getvalue()
 
 
 def decode_points(data: bytes) -> FloatArray:
-    """What `encode_points` wrote."""
+    """What `encode_points` wrote; (P, 4), without errors, by an older version."""
     return np.asarray(np.load(io.BytesIO(data), allow_pickle=False), np.float64)
 
 

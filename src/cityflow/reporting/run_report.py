@@ -193,6 +193,7 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         districts=summed.rows() if large or summed.has_districts else (),
         pictures=run_pictures(run.store, survey, city.shown, records, run.workflow.city.report),
         images=image_figures(survey, records, run.area),
+        orientation=run.catalog.orientation,
         checkpoints=checkpoint_rows(run.store),
         unused_edits=unused_edits(run, records),
         textures=texture_figures(run.store, survey, records),

@@ -14,6 +14,7 @@ from cityflow.core.json_values import PLAIN, finite
 from cityflow.viewer.environment import rendered, template_text
 from cityflow.viewer.histogram import Histogram, histogram
 from cityflow.viewer.image_rows import ImageFigures, TileRow
+from cityflow.viewer.orientation_page import how_exact
 from cityflow.viewer.report_in_short import in_short, verdict
 from cityflow.viewer.report_parameters import ReportParameters
 from cityflow.viewer.report_rows import ReportData, UnitRow
@@ -53,6 +54,7 @@ def _page(data: ReportData, figures: dict[str, Any], parameters: ReportParameter
         unit_map=unit_map,
         units=units,
         histograms=_histograms(figures_of(data)),
+        orientation_exact=how_exact(data.orientation) if data.orientation else "",
         image_histograms=_image_histograms(data.images) if data.images else [],
         worst_tiles=_most_gaps(data.images, listed) if data.images else [],
         row_of={u.id: i for i, u in enumerate(units)},

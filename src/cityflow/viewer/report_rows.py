@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Scalar, Status
+from cityflow.core.orientation_figures import OrientationFigures
 from cityflow.viewer.image_rows import CheckpointRow, ImageFigures
 from cityflow.viewer.picture import Picture
 from cityflow.viewer.texture_rows import TextureFigures
@@ -162,6 +163,7 @@ class ReportData:
     unit_stage : the stage whose tasks the units are
     overrides : unit → stage → parameters that were set for it alone
     pictures : of what has been made;  images : None where the survey has none
+    orientation : what `cityflow orient` has found of them; None where it has not made the catalog
     checkpoints : residuals of products at points of known position
     unused_edits : what a person has drawn without effect
     crops : small pictures of single buildings;  pages : address of a building's own page, relative to the report
@@ -192,6 +194,7 @@ class ReportData:
     unit_stage: str = "reconstruct"
     pictures: tuple[Picture, ...] = ()
     images: ImageFigures | None = None
+    orientation: OrientationFigures | None = None
     checkpoints: tuple[CheckpointRow, ...] = ()
     unused_edits: tuple[EditRow, ...] = ()
     crops: Mapping[str, Picture] = field(default_factory=dict)

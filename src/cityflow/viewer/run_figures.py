@@ -45,6 +45,7 @@ def report_figures(data: ReportData) -> dict[str, Any]:
         "problems": problem_groups(data),
         "unused_edits": [asdict(e) for e in data.unused_edits],
         "images": image_summary(data.images) if data.images else None,
+        "orientation": asdict(data.orientation) if data.orientation else None,
         "checkpoints": [asdict(c) for c in data.checkpoints],
         "pictures": [p.title for p in data.pictures],
         "review_list": [

@@ -28,7 +28,7 @@ from cityflow.flow.progress_counts import Expected
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
 from cityflow.flow.task_source import Source
-from cityflow.handover.refined_block import RefinedPose, decode_poses
+from cityflow.handover.refined_block import RefinedPose, decode_points, decode_poses
 from cityflow.io.catalog.stac import Catalog
 from cityflow.io.catalog.stac_assets import ImageAsset
 from cityflow.io.control_points.marked_images import with_catalog_names
@@ -38,12 +38,23 @@ from cityflow.io.crs import crs_of, resolve
 from cityflow.io.tables.feature_ids import listing
 from cityflow.orientation.sights import looks_level
 from cityflow.orientation.views import View, footprint
+from cityflow.reporting.orientation_doubts import orientation_figures
+from cityflow.reporting.orientation_report import FIGURES, Oriented, tie_points, write_orientation_report
 from cityflow.reporting.orientation_words import control_lines
 from cityflow.runs.settings import explain_invalid, parse_setting
-from cityflow.stages.orient import ADJUST, BLOCK, BLOCK_FILE, FEATURES, TIES, OrientParameters, OrientSource
+from cityflow.stages.orient import (
+    ADJUST,
+    BLOCK,
+    BLOCK_FILE,
+    FEATURES,
+    POINTS_FILE,
+    TIES,
+    OrientParameters,
+    OrientSource,
+)
 from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS
 
-REPORT = "orientation.json"
+REPORT = FIGURES
 OF_AN_IMAGE = ("observations", "reprojection_px", "sigma_px", "position_sigmas_m", "angle_sigmas_deg", "covariance")
 SECONDS = {FEATURES: 20.0, TIES: 5.0, ADJUST: 30.0, PAIRS: 10.0, MATCHES: 5.0, MAP: 60.0}
 """Of a task, before some are done."""
@@ -114,12 +125,17 @@ def orient_catalog(
     block = json.loads(store.read_bytes(outputs[BLOCK_FILE]))
     poses = decode_poses(block)
     images = tuple(_with_pose(a, poses[a.name]) if a.name in poses else a for a in given.images)
-    made = store_catalog(replace(given, href=str(out.absolute()), images=images, made_in=""), out, copy=False)
     report = {
         "summary": summary, "cameras": block["cameras"], "left_out": failed, "parameters": parameters.model_dump(mode="json"),
         "images": {i["name"]: {key: i[key] for key in OF_AN_IMAGE} for i in block["images"]},
     }  # fmt: skip
-    (out / REPORT).write_text(json.dumps(report, indent=1, sort_keys=True) + "\n")
+    refined = replace(
+        given, href=str(out.absolute()), images=images, made_in="", orientation=orientation_figures(report)
+    )
+    made = store_catalog(refined, out, copy=False)
+    ties = tie_points(decode_points(store.read_bytes(outputs[POINTS_FILE])))
+    places = {p.name: p.xyz for p in points}
+    write_orientation_report(out, Oriented(report, made, ties, {a.name: a.oriented for a in given.images}, places))
     for line in described(summary, failed):
         say(console, line)
     say(console, f"Catalog written to {out}. Next: cityflow run WORKFLOW --catalog {shlex.quote(str(out))}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,11 +32,14 @@ from cityflow.handover.source_file import SourceFile
 from cityflow.io.catalog.stac import Catalog
 from cityflow.io.orientation.colmap import write_colmap
 from cityflow.io.tables.feature_ids import listing
+from cityflow.reporting.orientation_doubts import orientation_figures
+from cityflow.reporting.orientation_report import Oriented, write_orientation_report
 from cityflow.runs.settings import explain_invalid, parse_setting
 from cityflow.stages.orient import BLOCK, FEATURES
 from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS, Photo, PhotoCamera, PhotoParameters, PhotoSource
+from cityflow.viewer.orientation_rows import TiePoints
 from cityflow.workflow.catalog_reading import reading_files
-from cityflow.workflow.orient import REPORT, refuse_other_work, run_stages, say
+from cityflow.workflow.orient import refuse_other_work, run_stages, say
 from cityflow.workflow.photo_placing import Placed, Placing, known_control, place, refuse_without_scale
 
 MODEL = "model"
@@ -97,13 +99,16 @@ def orient_photographs(
     put = place(images, model.xyz[kept], usable, placing, _of_these(control, found, folder))
     origin = np.floor(np.median([i.centre for i in put.images], axis=0))
     source = _write_model(work / MODEL, put, {n: f.relative for n, f in files.items()}, origin)
-    with reading_files(scheduler, workers, console, kept_beside=out) as reading:
-        made = create_catalog(
-            out, images=replace(source, folder=folder), crs=put.crs, title=out.absolute().name, reading=reading
-        )
     left_out = _left_out(found, record.result, models, names)
     report = _report(found, models, put, record.result, left_out)
-    (out / REPORT).write_text(json.dumps(report, indent=1, sort_keys=True) + "\n")
+    with reading_files(scheduler, workers, console, kept_beside=out) as reading:
+        made = create_catalog(
+            out, images=replace(source, folder=folder), crs=put.crs, title=out.absolute().name, reading=reading,
+            orientation=orientation_figures(report),
+        )  # fmt: skip
+    ties = TiePoints(put.xyz, model.lengths.astype(np.float64), model.errors_px)
+    places = {p.name: p.xyz for p in control[0].points} if control is not None else {}
+    write_orientation_report(out, Oriented(report, made.catalog, ties, places=places))
     for note in made.notes:
         say(console, f"Note: {note}")
     for line in [*_lines(report), *put.lines]:
@@ -211,6 +216,8 @@ def _report(
         "oriented": len(put.images), "photographs": len(found.files) + len(found.left_out), "left_out": left_out,
         "models": [len(m.images) for m in models], "method": result["method"], "verified_pairs": result["verified_pairs"],
         "tie_points": len(model.xyz), "mean_track_length": rounded(float(model.lengths.mean()), 2),
+        "observations": int(model.lengths.sum()), "track_lengths": np.bincount(model.lengths).tolist(),
+        "images": {i.name: {"observations": int(n)} for i, n in zip(put.images, model.observations, strict=True)},
         "reprojection_px": rounded(model.reprojection_px, 4),
         "weak": [i.name for i, n in zip(put.images, model.observations, strict=True) if n < FEW_POINTS],
         "cameras": [

@@ -44,6 +44,7 @@ from cityflow.io.catalog.stac_items import (
     raster_of,
     sparse_of,
 )
+from cityflow.io.catalog.stac_orientation import ORIENTATION, orientation_of
 from cityflow.io.catalog.stac_outside import MADE_IN
 from cityflow.io.crs import resolve
 from cityflow.io.given_files import json_of, read_small
@@ -107,6 +108,7 @@ def read_catalog(folder: str | Path, *, allow_outside: bool = False) -> Catalog:
         outlines = [_made(outlines_of, item) for item in items if kind_of(item) == OUTLINES]
         sparse = [_made(sparse_of, item) for item in items if kind_of(item) == SPARSE]
         rasters = _rasters(items)
+        orientation = orientation_of(collection.extra_fields.get(ORIENTATION))
     except (FileNotFoundError, NotADirectoryError) as error:
         remedy = "make one with `cityflow catalog create`, or check the path"
         raise CatalogError(f"no catalog here ({error})", where=str(folder), remedy=remedy) from error
@@ -135,6 +137,7 @@ def read_catalog(folder: str | Path, *, allow_outside: bool = False) -> Catalog:
         rasters=rasters,
         images=tuple(sorted(found.images, key=lambda image: image.name)),
         sparse=sparse[0] if sparse else None,
+        orientation=orientation,
         made_in=made_in,
         notes=(note,) if note else (),
     )

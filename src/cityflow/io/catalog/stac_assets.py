@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds
+from cityflow.core.orientation_figures import OrientationFigures
 from cityflow.core.reference import Reference
 
 LIDAR, OUTLINES, IMAGE, SPARSE = "lidar", "outlines", "image", "sparse"
@@ -161,6 +162,7 @@ class Catalog:
     bounds : of all LiDAR files; else of all images' footprints, of the DSM, of all rasters, of all items: an outline far away makes no survey larger
     rasters : kind → raster
     images : sorted by name;  sparse : their tie points
+    orientation : what `cityflow orient` has found of the images; None where it has not made the catalog
     made_in : folder that it was made in, where it names files outside; empty where it does not say
     notes : what whoever opened it should know
     """
@@ -175,6 +177,7 @@ class Catalog:
     rasters: Mapping[str, RasterAsset] = field(default_factory=dict)
     images: tuple[ImageAsset, ...] = ()
     sparse: SparseAsset | None = None
+    orientation: OrientationFigures | None = None
     made_in: str = field(default="", compare=False)
     notes: tuple[str, ...] = field(default=(), compare=False)
 

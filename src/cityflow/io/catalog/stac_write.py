@@ -30,6 +30,7 @@ from cityflow.io.catalog.stac import (
 )
 from cityflow.io.catalog.stac_images import PERSPECTIVE_IMAGERY, VIEW, image_properties
 from cityflow.io.catalog.stac_items import ASSET, CRS_KEY, KIND, SHA256_MULTIHASH, TABLE, TABLE_ASSET, item_place
+from cityflow.io.catalog.stac_orientation import ORIENTATION, orientation_tree
 from cityflow.io.catalog.stac_outside import MADE_IN, leaves
 from cityflow.io.catalog.stac_table import ItemTable
 from cityflow.io.crs import crs_of, geographic_bounds, vertical_datum
@@ -129,6 +130,7 @@ def collection_of(catalog: Catalog) -> dict[str, Any]:
             "cityflow:vertical_datum": vertical_datum(catalog.reference),
             "cityflow:attribution": catalog.attribution,
             "cityflow:bbox": list(catalog.bounds),
+            **({ORIENTATION: orientation_tree(catalog.orientation)} if catalog.orientation is not None else {}),
         },
     )
     return collection.to_dict(include_self_link=False)

@@ -41,7 +41,7 @@ from cityflow.orientation.views import View
 
 FEATURES, TIES, ADJUST = "features", "ties", "adjust"
 STAGES = (FEATURES, TIES, ADJUST)
-VERSION = 3
+VERSION, ADJUST_VERSION = 3, 4
 BLOCK = "block"
 """The one unit of the adjustment."""
 FEATURES_FILE, TIES_FILE, BLOCK_FILE, POINTS_FILE = "features.bin", "ties.bin", "block.json", "points.npy"
@@ -173,7 +173,7 @@ class OrientSource:
             tuple(map(self._tie_image, names)), {n: next(iter(r.outputs)) for n, r in ties.items()}, points
         )
         return Task(
-            ADJUST, BLOCK, "cityflow.stages.orient:run_adjust", VERSION, parameters=as_json(self.parameters.adjustment),
+            ADJUST, BLOCK, "cityflow.stages.orient:run_adjust", ADJUST_VERSION, parameters=as_json(self.parameters.adjustment),
             inputs={
                 **{f"image {n}": self._digest(n) for n in names},
                 **{f"ties {n}": digest_of(list(r.outputs.values())) for n, r in ties.items()},
