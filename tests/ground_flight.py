@@ -35,10 +35,16 @@ def ground_flight() -> list[OrientedImage]:
     ]
 
 
-def ground_catalog(folder: Path, images: list[OrientedImage], given: list[OrientedImage]) -> Catalog:
-    (folder / "images").mkdir(parents=True)
+def ground_pictures(folder: Path, images: list[OrientedImage]) -> Path:
+    """The folder with the images' files."""
+    folder.mkdir(parents=True)
     for image in images:
-        cv2.imwrite(str(folder / "images" / image.name), np.repeat(rendered_ground(image), 3, axis=2))
+        cv2.imwrite(str(folder / image.name), np.repeat(rendered_ground(image), 3, axis=2))
+    return folder
+
+
+def ground_catalog(folder: Path, images: list[OrientedImage], given: list[OrientedImage]) -> Catalog:
+    ground_pictures(folder / "images", images)
     write_colmap(folder / "orientation", given, np.empty((0, 3)), (0.0, 0.0, 0.0))
     source = ImageSource(
         folder / "images", {"colmap": folder / "orientation"}, origin=ORIGIN, heights=(-2.0, 2.0), gains=False

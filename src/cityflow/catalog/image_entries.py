@@ -24,6 +24,7 @@ from cityflow.catalog.height_ranges import (
 )
 from cityflow.catalog.image_files import ImageFiles, matched, sizes_of, unit_names
 from cityflow.catalog.orientation import ImageSource, read_model
+from cityflow.catalog.tried_angles import AngleTable, with_tried_angles
 from cityflow.catalog.white import with_white
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
@@ -75,13 +76,15 @@ def described_images(source: ImageSource, catalog: Catalog, date: str, reading: 
         raise CatalogError("no such folder of images", where=str(source.folder), remedy="check --images")
     there = ImageFiles.of(source.folder)
     model = read_model(source, catalog.reference, sizes_of(there)).moved(source.origin)
+    heights = _heights(source, model, catalog)
+    tried = with_tried_angles(AngleTable(source, catalog.reference, there), model, heights, reading)
+    model = tried.model
     taken = {a.name for a in catalog.assets} | {OUTLINES, SPARSE, *RASTERS}
     found, missing = matched(model.images, there, source.folder)
     names = unit_names([name for name, _ in found], taken)
     left_out = [*model.left_out, *missing]
     kept: list[ImageAsset] = []
-    heights = _heights(source, model, catalog)
-    plausible, doubts = _plausible(model.images, heights)
+    plausible, doubts = _plausible(model.images, heights, tried.is_clear)
     oriented = {i.name: i for i in model.images}
     paths = [str(path) for name, path in found if name not in doubts]
     answers = reading.answers(IMAGE_FILES, paths, len(paths), bytes_of(paths))
@@ -104,6 +107,7 @@ def described_images(source: ImageSource, catalog: Catalog, date: str, reading: 
     kept, left_out = [*level.images, *street], [*left_out, *level.damaged]
     notes = [
         *model.notes,
+        *tried.notes,
         *_place(model.images, catalog.reference),
         *plausible,
         *_datum(model, catalog),
@@ -210,11 +214,13 @@ def box_of(centres: Sequence[FloatArray]) -> Bounds:
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
-def _plausible(images: Sequence[OrientedImage], heights: HeightRange) -> tuple[list[str], dict[str, LeftOut]]:
+def _plausible(
+    images: Sequence[OrientedImage], heights: HeightRange, angles_known: bool
+) -> tuple[list[str], dict[str, LeftOut]]:
     """Doubts about the whole, in words, and images that cannot be where or as the model has them."""
     notes: list[str] = []
     single: dict[str, LeftOut] = {}
-    for name, problem, remedy in implausible(images, *heights.whole):
+    for name, problem, remedy in implausible(images, *heights.whole, angles_known=angles_known):
         if name == SURVEY:
             notes.append(f"doubtful orientation: {problem} → {remedy}")
         else:

@@ -45,7 +45,7 @@ ROWS = 512
 
 @dataclass(frozen=True, slots=True)
 class StarImage(TaskInputs):
-    """An image; lowest ground and highest object, metres; the value that is shown as white."""
+    """An image; lowest ground and highest object, metres; the value that is shown as white, 0 for the brightest in it."""
 
     file: SourceFile
     image: OrientedField
@@ -60,7 +60,7 @@ class Star(TaskInputs):
     images: tuple[StarImage, ...]
 
 
-class _Seen(NamedTuple):
+class SeenImage(NamedTuple):
     """An image as a level of its pyramid has it, and its points there."""
 
     image: OrientedImage
@@ -103,11 +103,11 @@ def star_ties(star: Star, most_px: int, *, checked: bool) -> StarTies:
     most_px : pixels of an image in which points are looked for
     checked : hold files against their checksums
     """
-    known: dict[str, _Seen] = {}
+    known: dict[str, SeenImage] = {}
     unread = []
     for given in star.images:
         try:
-            known[given.image.name] = _points_of(given, most_px, checked=checked)
+            known[given.image.name] = points_of(given, most_px, checked=checked)
         except (CityflowError, OSError) as error:
             unread.append((given.image.name, str(error)))
     first, *others = star.images
@@ -138,7 +138,7 @@ def _star_image(asset: ImageAsset) -> StarImage:
     return StarImage(SourceFile(asset.href, asset.size, asset.checksum), asset.oriented, asset.heights, white)
 
 
-def _points_of(given: StarImage, most_px: int, *, checked: bool) -> _Seen:
+def points_of(given: StarImage, most_px: int, *, checked: bool) -> SeenImage:
     """The image as a level of its pyramid has it, its points there, and the level. Raises CatalogError, OSError."""
     camera, level = given.image.camera, 0
     while np.prod(level_shape(camera.height, camera.width, level)) > most_px:
@@ -149,11 +149,11 @@ def _points_of(given: StarImage, most_px: int, *, checked: bool) -> _Seen:
         check_against(image_header(path), camera)
         with picture_strips(path, ROWS) as picture:
             pixels = np.concatenate([reduced(strip, level) for _, strip in picture.strips])
-    found = find_features(ArrayPixels(pixels), given.white, FEATURES)
-    return _Seen(replace(given.image, camera=camera.reduced(level)), found, level)
+    found = find_features(ArrayPixels(pixels), given.white or float(pixels.max()), FEATURES)
+    return SeenImage(replace(given.image, camera=camera.reduced(level)), found, level)
 
 
-def _matches(first: StarImage, other: StarImage, known: dict[str, _Seen]) -> IntArray:
+def _matches(first: StarImage, other: StarImage, known: dict[str, SeenImage]) -> IntArray:
     """(N, 2) numbers of points of both that agree with one relative orientation."""
     one, two = known[first.image.name], known[other.image.name]
     heights = min(first.heights[0], other.heights[0]), max(first.heights[1], other.heights[1])

@@ -27,7 +27,9 @@ FEET = 0.3048
 """Metres a foot (international)."""
 
 
-def implausible(images: Sequence[OrientedImage], ground: float | None = None, highest: float | None = None) -> list[Doubt]:  # fmt: skip
+def implausible(
+    images: Sequence[OrientedImage], ground: float | None = None, highest: float | None = None, *, angles_known: bool = False
+) -> list[Doubt]:  # fmt: skip
     """What is odd in a survey's orientations; first what concerns all of it, then image by image in the order of names.
 
     Parameters
@@ -35,12 +37,17 @@ def implausible(images: Sequence[OrientedImage], ground: float | None = None, hi
     images : in any order
     ground : height of the ground, world metres, if it is known; without it nothing is said of heights and footprints
     highest : of all objects, world metres, if it is known; what looks level from below it are photographs from the street
+    angles_known : pictures agree with the rotations, however odd the flight looks
     """
     ordered = sorted(images, key=lambda image: image.name)
     if not ordered:
         return []
     flown = [i for i in ordered if highest is None or not looks_level(i, highest)]
-    doubts = [(SURVEY, *doubt) for doubt in (likely_reading(flown) if flown else None, _one_place(ordered)) if doubt]
+    doubts = [
+        (SURVEY, *doubt)
+        for doubt in (likely_reading(flown) if flown and not angles_known else None, _one_place(ordered))
+        if doubt
+    ]
     turned_all = any("horizon" in reason for _, reason, _ in doubts)
     doubts += _no_rotation(ordered) + _far_away(ordered) + ([] if turned_all else _looks_up(flown))
     if ground is not None:

@@ -26,6 +26,8 @@ ENOUGH_IMAGES = 8
 DISORDER, ORDER = 0.85, 0.95
 """Squareness and levelness of a flight that is doubted (8° askew in the mean), and of a reading that explains it (5°); set by hand."""
 
+GRAD, PHI_FIRST = "angles in grad (gon)", "phi-omega-kappa"
+
 
 @dataclass(frozen=True, slots=True)
 class Reading:
@@ -35,10 +37,12 @@ class Reading:
     ----------
     remedy : what to do if this is how they are meant
     rotations : (N, 3, 3) camera_from_world
+    what : the reading in a few words
     """
 
     remedy: str
     rotations: FloatArray
+    what: str
 
 
 def other_readings(images: Sequence[OrientedImage]) -> Iterator[Reading]:
@@ -49,26 +53,37 @@ def other_readings(images: Sequence[OrientedImage]) -> Iterator[Reading]:
     yield Reading(
         "the angles look like grad (gon) given as degrees: set the angle unit to grad",
         np.array([_from_grad(r, w) for r, w in zip(as_read, way, strict=True)]),
+        GRAD,
     )
     yield Reading(
         "the rotations look like world_from_camera given as camera_from_world: transpose them",
         transposed,
+        "world_from_camera in the place of camera_from_world",
     )
     yield Reading(
         "the camera frame looks like x right, y up, z backward: name that convention, or turn the rows y and z over",
         PHOTO_FLIP @ as_read,
+        "a camera frame of x right, y up, z backward",
     )
     yield Reading(
         "the rotations look like world_from_camera of a frame with y up and z backward: transpose them, then turn y and z over",
         PHOTO_FLIP @ transposed,
+        "world_from_camera of a frame of x right, y up, z backward",
     )
     yield Reading(
         "the order of the angles looks like phi-omega-kappa given as omega-phi-kappa: set the rotation order",
         _with_angles(as_read, lambda o, p, k: from_phi_omega_kappa(p, o, k)),
+        PHI_FIRST,
     )
     yield Reading(
         "the signs of omega and phi look turned: the angles rotate the world and not the camera",
         _with_angles(as_read, lambda o, p, k: from_omega_phi_kappa(-o, -p, -k)),
+        "angles that rotate the world and not the camera (signs turned)",
+    )
+    yield Reading(
+        "the order of the angles looks like phi-omega-kappa with phi counted the other way: turn the sign of phi, and set the rotation order",
+        _with_angles(as_read, lambda o, p, k: from_phi_omega_kappa(-p, o, k)),
+        "phi-omega-kappa with phi counted the other way",
     )
 
 
