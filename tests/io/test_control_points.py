@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from pyproj import CRS, Transformer
 
-from cityflow.core.control_points import ControlPoints, Mark, Role
+from cityflow.core.control_points import ControlPoint, ControlPoints, Mark, Role
 from cityflow.errors import CatalogError
 from cityflow.io.control_points.marked_images import with_catalog_names
 from cityflow.io.control_points.pix4d_points import read_pix4d_points
 from cityflow.io.control_points.read_points import read_control_points
 from cityflow.io.control_points.references import in_crs
+from cityflow.io.geoid import shipped_geoid
 
 TABLE = """# crs: EPSG:25832+7837
 point,x,y,z,sigma_xy,sigma_z,role,image,col,row,sigma_px
@@ -215,3 +216,42 @@ def test_marks_are_led_to_the_names_of_a_catalog(tmp_path: Path) -> None:
     found = with_catalog_names(points, files)
     assert [(m.image, m.col) for m in found.points[0].marks] == [("left_s3", 2.0), ("s1", 0.0), ("s2", 1.0)]
     assert [note.split(": ")[-1] for note in found.notes] == ["none.jpg", "s3.jpg"]
+
+
+@pytest.mark.parametrize("source", ["EPSG:4979", "EPSG:4326+5773"])
+@pytest.mark.parametrize(
+    ("xyz", "degrees"),
+    [
+        # RDNAPTRANS2018 (variant 1): x, y, NAP height; longitude, latitude (ETRS89), height above the ellipsoid
+        ((85000.0, 447500.0, 0.0), (4.36758120, 52.01144271, 43.5040)),
+        ((155000.0, 463000.0, 0.0), (5.387203657, 52.155172897, 43.2551)),
+        ((64640.89, 440700.0101, 4.0), (4.072887101, 51.947393898, 47.5968)),
+    ],
+)
+def test_places_with_heights_are_led_to_a_crs_with_heights(
+    source: str, xyz: tuple[float, float, float], degrees: tuple[float, float, float]
+) -> None:
+    """Without any grid of PROJ's, whose ways in three dimensions are off by a hundred metres in plan or do not exist: decimetres, and back."""
+    longitude, latitude, height = degrees
+    if source != "EPSG:4979":
+        height -= float(shipped_geoid().undulation(np.array([longitude]), np.array([latitude]))[0])
+    wkt = CRS.from_user_input(source).to_wkt()
+    given = ControlPoints((ControlPoint("a", np.array([longitude, latitude, height])),), wkt)
+    target = CRS.from_user_input("EPSG:7415")
+    found = in_crs(given, target)
+    off = found.coordinates[0] - xyz
+    assert np.hypot(off[0], off[1]) < 0.25
+    assert abs(off[2]) < 0.5
+    assert "EGM96" in found.notes[1]
+    back = in_crs(found, CRS.from_user_input(source)).coordinates[0] - given.coordinates[0]
+    assert np.abs(back[:2]).max() < 1e-7
+    assert abs(back[2]) < 1e-6
+
+
+def test_heights_stay_where_only_the_plan_changes() -> None:
+    point = ControlPoint("a", np.array([3500000.0, 5400000.0, 412.25]))
+    given = ControlPoints((point,), CRS.from_user_input("EPSG:31467+7837").to_wkt())
+    found = in_crs(given, CRS.from_user_input("EPSG:25832+7837"))
+    assert found.coordinates[0, 2] == pytest.approx(412.25, abs=1e-9)
+    plan = in_crs(given, CRS.from_epsg(25832))
+    assert found.coordinates[0, :2] == pytest.approx(plan.coordinates[0, :2], abs=0.05)

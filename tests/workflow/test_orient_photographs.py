@@ -15,8 +15,10 @@ from pyproj import Transformer
 from rich.console import Console
 
 from adjustment.scenes import rendered_height, rendered_hills
-from cityflow.adjustment.mapping import MappingInput, mapped
+from cityflow.adjustment.block import rotation_of, vector_of
+from cityflow.adjustment.mapping import DATABASE, MappingDiedError, MappingInput, map_database, mapped
 from cityflow.adjustment.pair_geometry import pair_geometry, pycolmap_camera
+from cityflow.adjustment.placing import placed
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.control_points import ControlPoint, ControlPoints, Mark, Role
 from cityflow.core.photo_metadata import GnssPosition, PhotoMetadata
@@ -24,6 +26,7 @@ from cityflow.errors import CatalogError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.geometry.rotations import from_omega_phi_kappa
+from cityflow.geometry.similarity import Similarity
 from cityflow.handover.mapped_models import decode_models, encode_models
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.control_points.point_table_write import point_table_text
@@ -34,7 +37,7 @@ from cityflow.stages.orient import BLOCK
 from cityflow.stages.orient.photographs import MAP
 from cityflow.workflow.orient import REPORT
 from cityflow.workflow.orient_photographs import orient_photographs, photo_parameters
-from cityflow.workflow.photo_placing import Placed, Placing, known_control, place
+from cityflow.workflow.photo_placing import Placed, Placing, known_control, known_positions, place
 
 CAMERA = Camera(480, 360, 520.0, 520.0, 240.0, 180.0, (-0.03, 0.0, 0.0, 0.0))
 ORIGIN = np.array([458000.0, 5428000.0, 100.0])
@@ -190,14 +193,14 @@ def test_control_points_place_the_model_and_exchanged_ones_are_named(oriented: O
         marked = tuple(
             replace(p, marks=tuple(replace(m, image=stems[m.image]) for m in p.marks)) for p in known[0].points
         )
-        return place(images, xyz, {}, Placing(control=table), (replace(known[0], points=marked), known[1]))
+        return place(images, xyz, None, Placing(control=table), (replace(known[0], points=marked), known[1]))
 
-    placed = put(points)
-    away, turns = _errors({i.name: i for i in placed.images}, flight)
-    assert placed.crs == CRS
+    held = put(points)
+    away, turns = _errors({i.name: i for i in held.images}, flight)
+    assert held.crs == CRS
     assert np.sqrt(np.mean(away**2)) < 1.5 * PIXEL_M
     assert turns.max() < 0.15
-    x, y, z = placed.figures["check_rms_m"]
+    x, y, z = held.figures["check_rms_m"]
     assert np.hypot(x, y) < PIXEL_M
     assert z < 1.5 * PIXEL_M
     by_name = {p.name: p for p in points.points}
@@ -216,7 +219,7 @@ def test_control_points_place_the_model_and_exchanged_ones_are_named(oriented: O
 @pytest.mark.cluster
 def test_a_frame_of_stated_or_unknown_scale(oriented: Oriented) -> None:
     images, xyz = oriented.model
-    found = place(images, xyz, {}, Placing(scale_m=50.0), None)
+    found = place(images, xyz, None, Placing(scale_m=50.0), None)
     truth = {Path(i.name).stem: i for i in _flight().images}
     ours, theirs = (np.array([of[i.name].centre for i in images]) for of in ({i.name: i for i in found.images}, truth))
     lengths = [np.linalg.norm(each[:, None] - each[None], axis=2).sum() for each in (ours, theirs)]
@@ -277,3 +280,63 @@ def test_two_flights_are_two_models() -> None:
     assert [sorted(m.numbers) for m in result.models] == [list(range(8)), list(range(8, 12))]
     again = mapped(MappingInput([camera], [0] * 12, points, pairs), "radial")
     assert encode_models(again.models) == encode_models(result.models)
+
+
+def test_a_mapping_that_dies_says_how(tmp_path: Path) -> None:
+    (tmp_path / DATABASE).write_text("no database of COLMAP")
+    with pytest.raises(
+        MappingDiedError, match=r"the global mapping (ended with exit code|was killed by signal) .*last lines: .*\w"
+    ):
+        map_database(tmp_path, "global", "radial")
+
+
+def _strip(spread_m: float) -> tuple[list[OrientedImage], dict[str, PhotoMetadata], np.ndarray]:
+    """Eight images in one strip 50 m over a plane that falls by 5 % across it, as a mapping has them, and their positions."""
+    rng = np.random.default_rng(2)
+    slope = rotation_of(np.array([[np.arctan(0.05), 0.0, 0.0]]))[0]
+    ground = rng.uniform(-40, 40, (300, 2))
+    xyz = np.column_stack([ground, np.zeros(300)]) @ slope.T
+    to_degrees = Transformer.from_crs(CRS, "EPSG:4326", always_xy=True)
+    images, photos = [], {}
+    for k in range(8):
+        rotation = from_omega_phi_kappa(*np.radians([3.0, -2.0, 90.0]))
+        image = OrientedImage(f"i{k}", CAMERA, rotation, np.array([9.0 * k - 30.0, 0.0, 50.0]))
+        images.append(image)
+        x, y, z = image.centre + ORIGIN + rng.normal(0, spread_m, 3)
+        axis = image.axis
+        look = (float(np.degrees(np.arctan2(axis[0], axis[1]))), float(np.degrees(np.arcsin(axis[2]))), 0.0)
+        longitude, latitude = to_degrees.transform(x, y)
+        photos[image.name] = PhotoMetadata(
+            image.name, taken=f"{k}", position=GnssPosition(latitude, longitude, z), look_deg=look
+        )
+    model = Similarity(0.02, rotation_of(np.array([[0.3, -1.1, 2.0]]))[0], np.array([1.0, 2.0, 3.0]))
+    return list(placed(images, model)), photos, model.moved(xyz)
+
+
+@pytest.mark.parametrize(("gimbal", "tilt"), [(True, 0.0), (False, np.degrees(np.arctan(0.05)))])
+def test_a_single_strip_takes_its_roll_from_gimbal_angles_or_level_ground(gimbal: bool, tilt: float) -> None:
+    images, photos, xyz = _strip(0.01)
+    if not gimbal:
+        photos = {n: replace(p, look_deg=None) for n, p in photos.items()}
+    asked = Placing(crs=CRS)
+    gnss = known_positions(asked, photos, None)
+    found = place(images, xyz, gnss, asked, None)
+    truth = from_omega_phi_kappa(*np.radians([3.0, -2.0, 90.0]))
+    away = np.array([i.centre - ORIGIN - (9.0 * k - 30.0, 0.0, 50.0) for k, i in enumerate(found.images)])
+    assert np.sqrt(np.mean(away**2)) < 0.02
+    turn = found.images[0].rotation @ truth.T
+    assert np.degrees(np.linalg.norm(vector_of(turn[None]))) == pytest.approx(tilt, abs=0.1)
+    assert ("gimbal" if gimbal else "level across") in found.figures["roll"]
+    assert any("roll about it open" in line for line in found.lines)
+
+
+def test_positions_in_a_crs_with_heights_are_led_before_anything_is_computed() -> None:
+    """Heights of unknown kind count from the sea; a CRS of another continent is refused by name."""
+    _, photos, _ = _strip(0.01)
+    found = known_positions(Placing(crs="EPSG:25832+7837"), photos, None)
+    assert found is not None
+    x, y, z = (found.xyz - ORIGIN)[3]
+    assert (x, y) == pytest.approx((-3.0, 0.0), abs=0.05)
+    assert z == pytest.approx(50.0, abs=0.5)
+    with pytest.raises(CatalogError, match="lie outside of"):
+        known_positions(Placing(crs="EPSG:2193"), photos, None)

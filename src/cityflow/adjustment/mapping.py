@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -29,6 +30,8 @@ MOST_ERROR_PX = 1.5
 """A mapping with a larger mean reprojection error has failed."""
 SAME_PX, SAME_SHARE = 1.0, 0.5
 """Two images that have more than this share of their points in the same place are one picture."""
+LAST_LINES = 4
+"""Of a mapping that died, that are told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,11 +79,16 @@ class MappingInput:
 
 @dataclass(frozen=True, slots=True)
 class Mapped:
-    """The outcome: models, the largest first; which method made them; image → the one that it is a double of."""
+    """The outcome: models, the largest first; which method made them; image → the one that it is a double of; how processes of methods died."""
 
     models: tuple[MappedModel, ...]
     method: str
     doubles: Mapping[int, int]
+    failures: tuple[str, ...] = ()
+
+
+class MappingDiedError(RuntimeError):
+    """The process of a mapping ended with an error; its message says how, with the last lines that it printed."""
 
 
 def mapped(given: MappingInput, calibration: str) -> Mapped:
@@ -97,17 +105,21 @@ def mapped(given: MappingInput, calibration: str) -> Mapped:
         return Mapped((), GLOBAL, doubles)
     with tempfile.TemporaryDirectory(prefix="cityflow-") as folder:
         best: list[MappedModel] = []
-        method = GLOBAL
+        method, failures = GLOBAL, []
         for tried in (GLOBAL, INCREMENTAL):
             place = Path(folder) / tried
             place.mkdir()
             write_database(place / DATABASE, replace(given, pairs=pairs))
-            models = map_database(place, tried, calibration)
+            try:
+                models = map_database(place, tried, calibration)
+            except MappingDiedError as error:
+                failures.append(str(error))
+                continue
             if not best or (models and len(models[0].images) > len(best[0].images)):
                 best, method = models, tried
             if sum(len(m.images) for m in best) >= ENOUGH * linked and best[0].reprojection_px < MOST_ERROR_PX:
                 break
-    return Mapped(tuple(best), method, doubles)
+    return Mapped(tuple(best), method, doubles, tuple(failures))
 
 
 def doubles_of(given: MappingInput) -> dict[int, int]:
@@ -163,11 +175,16 @@ def _geometry(pair: PairGeometry) -> pycolmap.TwoViewGeometry:
 
 
 def map_database(folder: Path, method: str, calibration: str) -> list[MappedModel]:
-    """The models of the database in a folder, the largest first; none where the mapping dies or finds nothing.
+    """The models of the database in a folder, the largest first; none where nothing hangs together.
 
     Parameters
     ----------
     method : ``global`` or ``incremental``
+
+    Raises
+    ------
+    MappingDiedError
+        The process of the mapping ended with an error, and left no model.
     """
     out = folder / MODELS
     out.mkdir(exist_ok=True)
@@ -181,9 +198,24 @@ def map_database(folder: Path, method: str, calibration: str) -> list[MappedMode
         method,
         calibration,
     ]
-    subprocess.run(command, env={**os.environ, **one_thread}, capture_output=True, check=False)
+    ended = subprocess.run(
+        command, env={**os.environ, **one_thread}, capture_output=True, check=False, text=True, errors="replace"
+    )
     models = [_model(place) for place in sorted(out.iterdir()) if (place / CALIBRATED).exists()]
-    return sorted((m for m in models if m.images), key=lambda m: (-len(m.images), m.numbers))
+    found = sorted((m for m in models if m.images), key=lambda m: (-len(m.images), m.numbers))
+    if ended.returncode and not found:
+        raise MappingDiedError(_last_words(method, ended.returncode, ended.stderr))
+    return found
+
+
+def _last_words(method: str, code: int, printed: str) -> str:
+    """How a process ended: killed by a signal or with an exit code, and the last lines that it printed."""
+    how = f"was killed by signal {-code} ({signal.Signals(-code).name})" if code < 0 else f"ended with exit code {code}"
+    lines = [line.strip() for line in printed.splitlines() if line.strip()]
+    # lines of a trace name places in files, the last line says what happened
+    told = " / ".join(lines[-LAST_LINES:]) or "it printed nothing"
+    memory = ": out of memory?" if code == -signal.SIGKILL else ""
+    return f"the {method} mapping {how}{memory}; its last lines: {told}"
 
 
 def _model(folder: Path) -> MappedModel:

@@ -139,7 +139,7 @@ def globe_of(reference: Reference, bounds: Bounds) -> Globe | None:
     area = geographic_bounds(reference, bounds)
     whole = crs_of(reference)
     if reference.vertical_epsg is not None and whole is not None:
-        complete = _known(_operations(whole, CRS.from_epsg(GEODETIC), area))
+        complete = known_operation(operations(whole, CRS.from_epsg(GEODETIC), area))
         if complete is not None:
             operation = f"PROJ: {complete.description}"
             placing = Placing(
@@ -147,14 +147,20 @@ def globe_of(reference: Reference, bounds: Bounds) -> Globe | None:
             )
             return Globe(complete, None, 0.0, placing)
     flat = _flat(horizontal, area)
-    step, geoid, heights = _heights(reference.vertical_epsg, area)
+    step, geoid, heights = above_ellipsoid(reference.vertical_epsg, area)
     accuracy = flat.accuracy if flat.accuracy >= 0 else math.nan
     placing = Placing(flat.description, accuracy, vertical_datum(reference), *heights)
     return Globe(flat, geoid, step, placing)
 
 
-def _heights(vertical: int | None, area: Bounds | None) -> tuple[float, Geoid | None, tuple[str, float]]:
-    """Step, geoid, and what to say: the geoid with its accuracy."""
+def above_ellipsoid(vertical: int | None, area: Bounds | None) -> tuple[float, Geoid | None, tuple[str, float]]:
+    """From heights of a datum to those above the ellipsoid: metres to add first, the geoid, and what to say: the geoid with its accuracy.
+
+    Parameters
+    ----------
+    vertical : EPSG code of the datum's CRS; None: unknown, nothing is done
+    area : degrees, in whose middle the step is taken; None: no step
+    """
     if vertical is None:
         return 0.0, None, ("", math.nan)
     geoid = shipped_geoid()
@@ -173,7 +179,7 @@ def _step(vertical: int, area: Bounds | None) -> tuple[float, str] | None:
         return None
     lon, lat = (area[0] + area[2]) / 2, (area[1] + area[3]) / 2
     for target in EUROPEAN:
-        operation = _known(_operations(CRS.from_epsg(vertical), CRS.from_epsg(target), area))
+        operation = known_operation(operations(CRS.from_epsg(vertical), CRS.from_epsg(target), area))
         if operation is not None:
             step = operation.transform(lon, lat, 0.0)[2]
             if math.isfinite(step):
@@ -182,8 +188,8 @@ def _step(vertical: int, area: Bounds | None) -> tuple[float, str] | None:
 
 
 def _flat(horizontal: CRS, area: Bounds | None) -> Transformer:
-    operations = _operations(horizontal, CRS.from_epsg(GEODETIC), area)
-    chosen = _known(operations) or (operations[0] if operations else None)
+    found = operations(horizontal, CRS.from_epsg(GEODETIC), area)
+    chosen = known_operation(found) or (found[0] if found else None)
     if chosen is None:
         raise CatalogError(
             f"no transformation from {horizontal.name} to WGS 84",
@@ -192,12 +198,12 @@ def _flat(horizontal: CRS, area: Bounds | None) -> Transformer:
     return chosen
 
 
-def _known(operations: list[Transformer]) -> Transformer | None:
+def known_operation(found: list[Transformer]) -> Transformer | None:
     """The first whose accuracy is known: those without are PROJ's ballpark ones, which shift nothing and do not say so."""
-    return next((o for o in operations if o.accuracy >= 0 and "ballpark" not in o.description.lower()), None)
+    return next((o for o in found if o.accuracy >= 0 and "ballpark" not in o.description.lower()), None)
 
 
-def _operations(source: CRS, target: CRS, area: Bounds | None) -> list[Transformer]:
+def operations(source: CRS, target: CRS, area: Bounds | None) -> list[Transformer]:
     """What this installation of PROJ can do, best first."""
     interest = AreaOfInterest(*area) if area is not None else None
     try:

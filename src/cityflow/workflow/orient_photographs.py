@@ -40,7 +40,7 @@ from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS, Photo, Photo
 from cityflow.viewer.orientation_rows import TiePoints
 from cityflow.workflow.catalog_reading import reading_files
 from cityflow.workflow.orient import refuse_other_work, run_stages, say
-from cityflow.workflow.photo_placing import Placed, Placing, known_control, place, refuse_without_scale
+from cityflow.workflow.photo_placing import Placed, Placing, known_control, known_positions, place
 
 MODEL = "model"
 """Folder of the placed COLMAP model in the work folder."""
@@ -83,7 +83,7 @@ def orient_photographs(
         found = photo_folder(folder, reading)
     for note in found.notes:
         say(console, f"Note: {note}")
-    refuse_without_scale(placing, [f.metadata for f in found.files if f.has_place])
+    gnss = known_positions(placing, {f.name: f.metadata for f in found.files if f.has_place}, control)
     record, store = _mapped(found, work, parameters, scheduler, workers, console)
     models = decode_models(store.read_bytes(next(iter(record.outputs))))
     if not models:
@@ -94,9 +94,8 @@ def orient_photographs(
     model, names = models[0], [str(n) for n in record.result["photographs"]]
     images = tuple(replace(i, name=names[k]) for i, k in zip(model.images, model.numbers, strict=True))
     files = {f.name: f for f in found.files}
-    usable = {f.name: f.metadata for f in found.files if f.has_place}
     kept = _sound(model)
-    put = place(images, model.xyz[kept], usable, placing, _of_these(control, found, folder))
+    put = place(images, model.xyz[kept], gnss, placing, _of_these(control, found, folder))
     origin = np.floor(np.median([i.centre for i in put.images], axis=0))
     source = _write_model(work / MODEL, put, {n: f.relative for n, f in files.items()}, origin)
     left_out = _left_out(found, record.result, models, names)
@@ -106,10 +105,10 @@ def orient_photographs(
             out, images=replace(source, folder=folder), crs=put.crs, title=out.absolute().name, reading=reading,
             orientation=orientation_figures(report),
         )  # fmt: skip
-    ties = TiePoints(put.xyz, model.lengths.astype(np.float64), model.errors_px)
+    ties = TiePoints(put.xyz, model.lengths[kept].astype(np.float64), model.errors_px[kept])
     places = {p.name: p.xyz for p in control[0].points} if control is not None else {}
     write_orientation_report(out, Oriented(report, made.catalog, ties, places=places))
-    for note in made.notes:
+    for note in [*made.notes, *map(str, record.result.get("failures", []))]:
         say(console, f"Note: {note}")
     for line in [*_lines(report), *put.lines]:
         say(console, line)

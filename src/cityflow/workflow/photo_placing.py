@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from pyproj import CRS
 
-from cityflow.adjustment.placing import control_fit, is_line, levelled, placed, robust_fit, seen_places
+from cityflow.adjustment.placing import control_fit, levelled, placed, robust_fit, seen_places
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.control_points import ControlPoint, ControlPoints, Role
 from cityflow.core.json_values import rounded
-from cityflow.core.photo_metadata import HeightKind, PhotoMetadata
+from cityflow.core.photo_metadata import PhotoMetadata
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
 from cityflow.geometry.similarity import Similarity
@@ -23,17 +23,12 @@ from cityflow.io.control_points.read_points import read_control_points
 from cityflow.io.control_points.references import in_crs
 from cityflow.io.crs import crs_of, reference_of, resolve
 from cityflow.io.tables.feature_ids import listing
+from cityflow.workflow.gnss_places import FEWEST, GNSS, GnssPlaces, gnss_places, placed_by_gnss, utm
 
 LOCAL_HEIGHT_M = 100.0
 """Median height over the ground in a local frame of unknown scale."""
-FEWEST = 3
-"""Points that determine a similarity."""
 LEAST_PX = 3.0
 """Control points whose residuals are below this contradict nobody, in pixels on the ground; set by hand."""
-GNSS_M = 2.0
-"""Error of a plain receiver (one standard deviation in plan): positions nearer to where the model has them stay."""
-GNSS = "GNSS positions"
-ELLIPSOIDAL, SEA_LEVEL = "EPSG:4979", "EPSG:4326+5773"
 REMEDY = (
     "give control points (--control FILE), the height over the ground at which they were taken (--scale METRES), or "
     "--local for a frame of unknown scale"
@@ -93,25 +88,39 @@ def known_control(placing: Placing) -> tuple[ControlPoints, Reference] | None:
     return in_crs(replace(given, points=whole), crs_of(reference)), reference
 
 
-def refuse_without_scale(placing: Placing, photos: Sequence[PhotoMetadata]) -> None:
-    """Raises CatalogError where nothing will tell place and scale, before anything is computed.
+def known_positions(
+    placing: Placing, photos: Mapping[str, PhotoMetadata], control: tuple[ControlPoints, Reference] | None
+) -> GnssPlaces | None:
+    """GNSS positions in the catalog's CRS; None where something else tells place and scale, and they cannot be led there.
 
     Parameters
     ----------
-    photos : those whose GNSS positions can be true
+    photos : by the names of their tasks, those whose GNSS positions can be true
+    control : as `known_control` has it
+
+    Raises
+    ------
+    CatalogError
+        Nothing will tell place and scale: this is known before anything is computed.
     """
-    if placing.control is not None or placing.scale_m is not None or placing.local:
-        return
-    heights = [p for p in photos if p.position is not None and p.position.height_m is not None]
+    if placing.scale_m is not None or placing.local:
+        return None
+    heights = {n: p for n, p in photos.items() if p.position is not None and p.position.height_m is not None}
+    if control is not None:
+        try:
+            return gnss_places(heights, control[1]) if heights and not control[1].is_local else None
+        except CatalogError:
+            return None
     if len(heights) < FEWEST:
         what = "no GNSS positions" if not photos else f"only {len(heights)} usable GNSS positions with heights"
         raise CatalogError(f"the photographs have {what}: place and scale are unknown", remedy=REMEDY)
+    return gnss_places(heights, resolve(placing.crs or utm(list(heights.values()))))
 
 
 def place(
     images: Sequence[OrientedImage],
     xyz: FloatArray,
-    photos: Mapping[str, PhotoMetadata],
+    gnss: GnssPlaces | None,
     placing: Placing,
     control: tuple[ControlPoints, Reference] | None,
 ) -> Placed:
@@ -119,17 +128,17 @@ def place(
 
     Parameters
     ----------
-    images, xyz : of the model;  photos : by the images' names, those whose GNSS positions can be true
+    images, xyz : of the model;  gnss : as `known_positions` has them
     control : as `known_control` has it; marks by the images' names
 
     Raises
     ------
     CatalogError
-        Too few control points or positions, or they lie on a line.
+        Too few control points or positions, or control points lie on a line.
     """
     if control is not None:
         return _by_control(images, xyz, *control)
-    if placing.scale_m is not None or placing.local:
+    if gnss is None:
         height = placing.scale_m or LOCAL_HEIGHT_M
         known = (
             f"scale by {height:g} m over the ground"
@@ -139,7 +148,7 @@ def place(
         line = f"Local frame {known}; level at the ground, in no CRS"
         figures = {"by": "scale" if placing.scale_m else "local", "height_m": height}
         return _moved(images, xyz, levelled(images, xyz, height), "local", figures, (line,))
-    return _by_gnss(images, xyz, photos, placing.crs)
+    return _by_gnss(images, xyz, gnss)
 
 
 def _moved(
@@ -218,56 +227,23 @@ def _pixel(images: Sequence[OrientedImage], xyz: FloatArray) -> float:
     return float(np.median([np.linalg.norm(i.centre - middle) / np.sqrt(i.camera.fx * i.camera.fy) for i in images]))
 
 
-def _by_gnss(images: Sequence[OrientedImage], xyz: FloatArray, photos: Mapping[str, PhotoMetadata], crs: str) -> Placed:
-    known = [i for i in images if i.name in photos and (p := photos[i.name].position) and p.height_m is not None]
-    centres = np.array([i.centre for i in known]).reshape(-1, 3)
-    if len(known) < FEWEST or is_line(centres):
-        problem = (
-            "the images lie on one line, which leaves the rotation about it open"
-            if len(known) >= FEWEST
-            else f"{len(known)} oriented images have a usable GNSS position"
-        )
-        raise CatalogError(problem, where=GNSS, remedy=REMEDY)
-    metadata = [photos[i.name] for i in known]
-    reference = resolve(crs or utm(metadata))
-    given = _gnss_points(metadata)
-    target = in_crs(given, crs_of(reference), what=GNSS)
-    fit = robust_fit(centres, target.coordinates, 3.0 * _gnss_sigma(metadata))
+def _by_gnss(images: Sequence[OrientedImage], xyz: FloatArray, gnss: GnssPlaces) -> Placed:
+    found = placed_by_gnss(images, xyz, gnss, REMEDY)
+    fit, code = found.fit, gnss.reference.code
     away = np.linalg.norm(fit.residuals, axis=1)
-    far = [i.name for i, used in zip(known, fit.used, strict=True) if not used]
+    far = {images[k].name: rounded(float(a), 2) for k, a, u in zip(found.images, away, fit.used, strict=True) if not u}
     plan, up = (float(np.sqrt(np.mean(fit.residuals[fit.used][:, axes] ** 2))) for axes in ([0, 1], [2]))
     figures = {
-        "by": GNSS, "positions": len(known), "used": int(fit.used.sum()), "plan_rms_m": rounded(plan, 3), "height_rms_m": rounded(up, 3),
-        "left_out": {n: rounded(float(a), 2) for n, a, u in zip([i.name for i in known], away, fit.used, strict=True) if not u},
+        "by": GNSS, "positions": len(away), "used": int(fit.used.sum()), "plan_rms_m": rounded(plan, 3), "height_rms_m": rounded(up, 3),
+        "left_out": far, "roll": found.roll,
     }  # fmt: skip
-    kinds = sorted({p.position.height_kind for p in metadata if p.position is not None})
     lines = [
-        *target.notes,
-        f"Placed by {int(fit.used.sum())} {GNSS} in {reference.code}: they differ by {plan:.2f} m per axis in plan and {up:.2f} m in height; "
-        f"heights count from: {', '.join('unknown (taken as mean sea level, EGM96)' if k is HeightKind.UNKNOWN else k for k in kinds)}",
+        *gnss.notes,
+        f"Placed by {int(fit.used.sum())} {GNSS} in {code}: they differ by {plan:.2f} m per axis in plan and {up:.2f} m in height; "
+        f"heights count from: {gnss.heights}",
     ]
+    if found.roll:
+        lines.append(f"{GNSS} lie on one line, which leaves the roll about it open: {found.roll}")
     if far:
-        lines.append(f"{GNSS} that contradict the others are not used: {listing(far)}")
-    return _moved(images, xyz, fit.similarity, reference.code, figures, tuple(lines))
-
-
-def utm(photos: Sequence[PhotoMetadata]) -> str:
-    """Code of the UTM zone (WGS 84) in which most of the photographs lie."""
-    places = [(p.position.latitude, p.position.longitude) for p in photos if p.position is not None]
-    latitude, longitude = np.median(places, axis=0)
-    return f"EPSG:{(32600 if latitude >= 0 else 32700) + int((longitude + 180) // 6) % 60 + 1}"
-
-
-def _gnss_points(photos: Sequence[PhotoMetadata]) -> ControlPoints:
-    places = [p.position for p in photos if p.position is not None]
-    ellipsoidal = sum(p.height_kind is HeightKind.ELLIPSOID for p in places) > len(places) / 2
-    points = tuple(
-        ControlPoint(photo.name, np.array([p.longitude, p.latitude, p.height_m]))
-        for photo, p in zip(photos, places, strict=True)
-    )
-    return ControlPoints(points, CRS.from_user_input(ELLIPSOIDAL if ellipsoidal else SEA_LEVEL).to_wkt())
-
-
-def _gnss_sigma(photos: Sequence[PhotoMetadata]) -> float:
-    stated = [max(p.position.sigmas_m) for p in photos if p.position is not None and p.position.sigmas_m is not None]
-    return max(stated) if len(stated) == len(photos) else GNSS_M
+        lines.append(f"{GNSS} that contradict the others are not used: {listing(list(far))}")
+    return _moved(images, xyz, fit.similarity, code, figures, tuple(lines))

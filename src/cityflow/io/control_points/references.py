@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 from pyproj import CRS, Transformer
 from pyproj.exceptions import CRSError
-from pyproj.transformer import TransformerGroup
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.control_points import ControlPoints
 from cityflow.errors import CatalogError
+from cityflow.io.control_points.ways import flat, led
 
 BEYOND_DEG = 6.0
 """Surveys go on beyond the area that a CRS is made for, by no more than a zone of UTM; exchanged coordinates mostly lie farther off."""
@@ -53,21 +51,8 @@ def in_crs(
         return _inside(points.at(points.coordinates, target.to_wkt(), note), target, what)
     if own.equals(target, ignore_axis_order=True):
         return _inside(points, target, what)
-    heights = _has_heights(own) and _has_heights(target)
-    source, goal = (own, target) if heights else (_flat(own), _flat(target))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # of grids that are missing, which the notes tell
-        group = TransformerGroup(source, goal, always_xy=True)
-    if not group.transformers:
-        raise CatalogError(
-            f"no transformation from {own.name} to {target.name}", remedy="transform the points beforehand"
-        )
-    best, old = group.transformers[0], points.coordinates
-    unknown = np.isnan(old[:, 2])
-    plan = np.where(np.isnan(old), 0.0, old) if heights else old[:, :2]
-    new = np.column_stack([*best.transform(*plan.T), *([] if heights else [old[:, 2]])])
-    new[unknown, 2] = np.nan
-    return _inside(points.at(new, target.to_wkt(), *_notes(own, target, heights, group, what)), target, what)
+    new, notes = led(points.coordinates, own, target, what)
+    return _inside(points.at(new, target.to_wkt(), *notes), target, what)
 
 
 def _inside(points: ControlPoints, target: CRS, what: str) -> ControlPoints:
@@ -85,10 +70,10 @@ def _inside(points: ControlPoints, target: CRS, what: str) -> ControlPoints:
 def _far_outside(xyz: FloatArray, crs: CRS) -> BoolArray:
     """(N,) which places are none, or lie more than `BEYOND_DEG` from the area that the CRS is made for, where that is known."""
     away = np.asarray(~np.isfinite(xyz[:, :2]).all(axis=1) | np.isinf(xyz[:, 2]))
-    area = crs.area_of_use or _flat(crs).area_of_use
+    area = crs.area_of_use or flat(crs).area_of_use
     if area is None:
         return away
-    to_degrees = Transformer.from_crs(_flat(crs), CRS.from_epsg(4326), always_xy=True)
+    to_degrees = Transformer.from_crs(flat(crs), CRS.from_epsg(4326), always_xy=True)
     degrees = np.column_stack(to_degrees.transform(xyz[:, 0], xyz[:, 1]))
     # 1000 degrees are no latitude of any place
     longitude, latitude = np.where(np.isfinite(degrees), degrees, 1000.0).T
@@ -98,31 +83,3 @@ def _far_outside(xyz: FloatArray, crs: CRS) -> BoolArray:
         (east <= width + 2 * BEYOND_DEG) & (latitude >= area.south - BEYOND_DEG) & (latitude <= area.north + BEYOND_DEG)
     )
     return np.asarray(away | ~within)
-
-
-def _notes(own: CRS, target: CRS, heights: bool, group: TransformerGroup, what: str) -> tuple[str, ...]:
-    way = group.transformers[0].description
-    notes = [f"{what} led from {own.name} to {target.name} ({way})"]
-    if not heights:
-        notes.append(f"heights of {what} are kept as they are ({_datum(own)}); the catalog's are {_datum(target)}")
-    elif "ballpark" in way.lower() or not group.best_available:
-        missing = sorted({g.short_name for op in group.unavailable_operations for g in op.grids if not g.available})
-        notes.append(
-            "the best transformation needs a grid that is not installed" + (f" ({', '.join(missing[:3])})" if missing else "")
-            + ": heights may be off by metres → install it (projsync), or give heights in the catalog's datum"
-        )  # fmt: skip
-    return tuple(notes)
-
-
-def _has_heights(crs: CRS) -> bool:
-    return crs.is_compound or len(crs.axis_info) == 3
-
-
-def _flat(crs: CRS) -> CRS:
-    return crs.sub_crs_list[0] if crs.is_compound else crs.to_2d() if len(crs.axis_info) == 3 else crs
-
-
-def _datum(crs: CRS) -> str:
-    if crs.is_compound:
-        return str(crs.sub_crs_list[1].name)
-    return "ellipsoidal" if len(crs.axis_info) == 3 else "not stated"

@@ -246,7 +246,13 @@ def run_matches(workspace: Workspace, task: Task) -> Outcome:
 
 
 def run_map(workspace: Workspace, task: Task) -> Outcome:
-    """Models of all photographs that hang together."""
+    """Models of all photographs that hang together.
+
+    Raises
+    ------
+    CatalogError
+        The processes of all methods of mapping died.
+    """
     given = task.arguments_as(MapInputs)
     number = {p.name: k for k, p in enumerate(given.photos)}
     pairs = {
@@ -259,10 +265,12 @@ def run_map(workspace: Workspace, task: Task) -> Outcome:
         MappingInput([c.start for c in given.cameras], [p.camera for p in given.photos], points, pairs),
         str(task.parameters["calibration"]),
     )
+    if found.failures and not found.models:
+        raise CatalogError("; ".join(found.failures), remedy="try fewer photographs, or give the machine more memory")
     workspace.write(MODELS_FILE, encode_models(found.models))
     first = found.models[0] if found.models else None
     result: dict[str, Json] = {
-        "models": [len(m.images) for m in found.models], "method": found.method, "verified_pairs": len(pairs),
+        "models": [len(m.images) for m in found.models], "method": found.method, "failures": list(found.failures), "verified_pairs": len(pairs),
         "doubles": [[given.photos[k].name, given.photos[of].name] for k, of in sorted(found.doubles.items())],
         "photographs": [p.name for p in given.photos], "points": [len(p) for p in points],
         "pairs_of": np.bincount(np.array(list(pairs), np.int64).reshape(-1), minlength=len(points)).tolist(),
