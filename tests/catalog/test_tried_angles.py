@@ -36,7 +36,7 @@ def as_omega_phi_kappa(rotation: FloatArray) -> FloatArray:
 
 
 def as_grad(rotation: FloatArray) -> FloatArray:
-    return np.array(omega_phi_kappa(rotation)) * GRAD
+    return np.asarray(np.array(omega_phi_kappa(rotation)) * GRAD)
 
 
 def as_phi_omega_kappa(rotation: FloatArray) -> FloatArray:

@@ -24,12 +24,17 @@ MOST_CHECK_PX = 3.0
 
 def orientation_figures(report: Mapping[str, Any]) -> OrientationFigures:
     """Of a whole report."""
-    return _of_refinement(report) if "summary" in report else _of_photographs(report)
+    return _of_photographs(report) if is_of_photographs(report) else _of_refinement(report)
+
+
+def is_of_photographs(report: Mapping[str, Any]) -> bool:
+    """Whether poses were found from photographs alone; their report has a summary, too, where the model was adjusted after its mapping."""
+    return "photographs" in report
 
 
 def image_rows(report: Mapping[str, Any]) -> tuple[ImageRow, ...]:
     """Images with a pose, by name."""
-    weak = set(report["summary"]["weak"] if "summary" in report else report["weak"])
+    weak = set(report.get("weak", ())) | set(report.get("summary", {}).get("weak", ()))
     rows = report.get("images") or {}
     return tuple(_image_row(name, rows[name], name in weak) for name in sorted(rows))
 
@@ -51,8 +56,8 @@ def point_rows(report: Mapping[str, Any]) -> tuple[PointRow, ...]:
 
 
 def _control(report: Mapping[str, Any]) -> Mapping[str, Any]:
-    found: Mapping[str, Any] = (report.get("summary", {}).get("control") or {}) if "summary" in report else report["placing"]  # fmt: skip
-    return found
+    """Known points as the adjustment has them, else as the placing."""
+    return {**report.get("placing", {}), **(report.get("summary", {}).get("control") or {})}
 
 
 def _image_row(name: str, row: Mapping[str, Any], is_weak: bool) -> ImageRow:
@@ -83,7 +88,7 @@ def _of_refinement(report: Mapping[str, Any]) -> OrientationFigures:
 def _of_photographs(report: Mapping[str, Any]) -> OrientationFigures:
     rows, points = image_rows(report), point_rows(report)
     known = {r.name: r.weak for r in rows if r.weak}
-    weak = {name: known.get(name, "few tie points hold it") for name in report["weak"]}
+    weak = {name: known.get(name, "few tie points hold it") for name in sorted({*report["weak"], *known})}
     control, check = _known(points, "control"), _known(points, "check")
     observations = report.get("observations", round(report["tie_points"] * report["mean_track_length"]))
     doubts = (*_photograph_doubts(report, points, check), *_image_doubts(report["left_out"], weak))
@@ -133,6 +138,10 @@ def _refined_doubts(summary: Mapping[str, Any], points: Sequence[PointRow]) -> I
     if summary["check_after_px"] > MOST_REPROJECTION_PX:
         yield f"Tie points that were kept out still lie off by {summary['check_after_px']:.2f} px: some poses or cameras are wrong."
     yield from _point_doubts(points)
+    yield from _shift_doubts(summary)
+
+
+def _shift_doubts(summary: Mapping[str, Any]) -> Iterator[str]:
     shift = (summary.get("control") or {}).get("shift_of_given_positions_m")
     if shift is not None and np.linalg.norm(shift) > FAR_M:
         yield f"Given positions lie off the control points together by {np.linalg.norm(shift):.2f} m: one of both is in another datum."
@@ -169,6 +178,7 @@ def _photograph_doubts(
     if report["reprojection_px"] > MOST_REPROJECTION_PX:
         yield f"Tie points lie off by {report['reprojection_px']:.2f} px in the mean: cameras or poses are wrong."
     yield from _point_doubts(points)
+    yield from _shift_doubts(report.get("summary", {}))
     pixel = put.get("pixel_m")
     if check is not None and pixel is not None and max(check.plan_m, check.height_m or 0.0) > MOST_CHECK_PX * pixel:
         yield f"Check points are off by more than {MOST_CHECK_PX:g} pixels on the ground ({pixel:.3f} m each)."

@@ -14,7 +14,7 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import FISHEYE, OrientedImage
 from cityflow.io.catalog.stac import Catalog
-from cityflow.reporting.orientation_doubts import image_rows, orientation_figures, point_rows
+from cityflow.reporting.orientation_doubts import image_rows, is_of_photographs, orientation_figures, point_rows
 from cityflow.viewer.orientation_map import OrientationMap, orientation_map
 from cityflow.viewer.orientation_page import OrientationPage, orientation_page
 from cityflow.viewer.orientation_rows import CameraRow, ImageRow, PointRow, Station, TiePoints
@@ -63,7 +63,7 @@ def page_of(oriented: Oriented) -> OrientationPage:
     reference = catalog.reference
     crs = "local metric frame" if reference.is_local else f"{reference.code} ({reference.name})"
     next_step = f"cityflow run WORKFLOW --catalog {shlex.quote(Path(catalog.href).name)}"
-    shown = set(report["images"]) if "summary" in report else set(now)
+    shown = set(now) if is_of_photographs(report) else set(report["images"])
     stations = [Station(n, i.centre, i.axis, n in figures.weak) for n, i in sorted(now.items()) if n in shown]
     drawn = _map(stations, oriented, points)
     return OrientationPage(
