@@ -29,6 +29,7 @@ import shapely
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds
 from cityflow.flow.draft import Draft
+from cityflow.flow.ready import Ready
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Record, Task
 from cityflow.handover.depth_map_files import depth_map_name
@@ -191,24 +192,20 @@ class Drafts:
 
 
 def walk(catalog: Catalog, area: Bounds, profiled: bool = False, ahead: bool = True) -> Costs:
-    """The whole flow in the order of the engine: the newest tasks first, some hundred in flight, the oldest of which ends first."""
+    """The whole flow in the order of the engine, some hundred in flight, the oldest of which ends first."""
     costs, profile = Costs(), cProfile.Profile()
     if profiled:
         profile.enable()
     start = time.process_time()
     source, drafts = CitySource(catalog, CityParameters(), Area(shapely.box(*area))), Drafts(costs)
     source.walk.ahead = ahead
-    ready, flying = [costs.pulled(iter(source.initial()))], deque[Task]()
-    while ready or flying:
-        while ready and len(flying) < IN_FLIGHT:
-            task = next(ready[-1], None)
-            if task is None:
-                ready.pop()
-            else:
-                flying.append(task)
+    ready, flying = Ready(costs.pulled(iter(source.initial()))), deque[tuple[Task, int]]()
+    while True:
+        while len(flying) < IN_FLIGHT and (found := ready.next()) is not None:
+            flying.append(found)
         if not flying:
             break
-        task = flying.popleft()
+        task, rank = flying.popleft()
         made = drafts.made(task)
         begun = time.process_time()
         record = answer(made)
@@ -218,7 +215,7 @@ def walk(catalog: Catalog, area: Bounds, profiled: bool = False, ahead: bool = T
         else:
             costs.workers_s += spent
         drafts.learn(record)
-        ready.append(costs.pulled(iter(source.after(task, record))))
+        ready.add(costs.pulled(iter(source.after(task, record))), rank)
     costs.seconds["the rest"] = time.process_time() - start - sum(costs.seconds.values()) - costs.workers_s
     if profiled:
         profile.disable()

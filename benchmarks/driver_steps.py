@@ -13,6 +13,7 @@ from cityflow.flow.inputs import Inputs
 from cityflow.flow.joining import Joining
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.memory_need import MemoryNeeds
+from cityflow.flow.ready import Ready
 from cityflow.flow.sealed import Sealed
 from cityflow.flow.submission import Submission
 from cityflow.flow.task import Task
@@ -66,7 +67,7 @@ class Steps:
         def of_argument(_found: Any, _self: Any, value: Any, *_: Any) -> str:
             return str(value.stage)
 
-        wrap(_Run, "_next", "task made", lambda found, *_: found.stage if found is not None else MANY)
+        wrap(Ready, "next", "task made", lambda found, *_: found[0].stage if found is not None else MANY)
         wrap(_Run, "_checked", "held against its record", of_argument)
         wrap(Inputs, "ready", "files that it reads", of_argument)
         wrap(MemoryNeeds, "of", "need of memory", of_argument)

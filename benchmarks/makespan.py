@@ -4,7 +4,7 @@
 
 The town and its tasks are those of `city_scale.py`: the real walk with its gates decides which task becomes ready when. A task takes as long as a
 task of its stage took in the finished RUNs, drawn by its name, in seconds of one core. As in the engine, sixteen tasks a worker are in flight,
-what became ready last is submitted first, the scheduler hands out what was submitted first, and one driver takes `--driver-ms` for every
+what was begun first is submitted first and handed out first by the scheduler, and one driver takes `--driver-ms` for every
 task it submits and takes in, one after the other. A draft begins when what it awaits has ended, whatever the driver is doing (``--not-ahead``: no task is
 drafted, as it was before). Not simulated: transfers, deaths, memory, the report.
 
@@ -17,7 +17,7 @@ import argparse
 import hashlib
 import heapq
 from collections import Counter, defaultdict, deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,6 +29,7 @@ from cityflow.flow.draft import Draft
 from cityflow.flow.executor import REFILL_BELOW
 from cityflow.flow.in_flight import AHEAD, LEAST, PER_THREAD
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.ready import Ready
 from cityflow.flow.stage import Node
 from cityflow.flow.store import Store
 from cityflow.flow.task import Task
@@ -80,51 +81,55 @@ class Simulation:
     def makespan(self) -> float:
         """Seconds until the last task has ended."""
         self.idle = [0.0] * self.workers
-        ready: list[Iterator[Task]] = [iter(self.source.initial())]
-        waiting: list[tuple[float, int, Task]] = []
-        running: list[tuple[float, int, Task]] = []
-        ended: deque[Task] = deque()
-        behind, awaits, drafts = defaultdict[Node, list[tuple[float, Task]]](list), Counter[Node](), Drafts(Costs())
+        ready = Ready(self.source.initial())
+        waiting = _Waiting()
+        running: list[tuple[float, int, Task, int]] = []
+        ended: deque[tuple[Task, int]] = deque()
+        behind, awaits, drafts = (
+            defaultdict[Node, list[tuple[float, int, Task]]](list),
+            Counter[Node](),
+            Drafts(Costs()),
+        )
         at_work = set[Node]()
         limit, now, count = max(LEAST, PER_THREAD * self.workers), 0.0, 0
         while True:
             while ended:
-                task = ended.popleft()
+                task, rank = ended.popleft()
                 self._drive()
                 record = answer(drafts.made(task))
                 drafts.learn(record)
-                ready.append(iter(self.source.after(task, record)))
+                ready.add(self.source.after(task, record), rank)
             if len(running) + len(waiting) <= limit * REFILL_BELOW:
-                while ready and len(running) + len(waiting) < limit and len(at_work) < AHEAD * limit:
-                    if (task_or_none := next(ready[-1], None)) is None:
-                        ready.pop()
-                        continue
-                    task, submitted = task_or_none, self._drive()
+                while len(running) + len(waiting) < limit and len(at_work) < AHEAD * limit:
+                    if (found := ready.next()) is None:
+                        break
+                    (task, rank), submitted = found, self._drive()
                     at_work.add(node := (task.stage, task.unit))
                     awaited = [n for n in task.awaited if n in at_work] if isinstance(task, Draft) else []
                     for other in awaited:
-                        behind[other].append((submitted, task))
+                        behind[other].append((submitted, rank, task))
                     if awaited:
                         awaits[node] = len(awaited)
                     else:
-                        heapq.heappush(waiting, (submitted, count := count + 1, task))
-            while waiting and self.idle and max(self.idle[0], waiting[0][0]) <= self._horizon(running):
-                submitted, _, task = heapq.heappop(waiting)
-                start, spent = max(heapq.heappop(self.idle), submitted), seconds_of(task, self.times)
-                heapq.heappush(running, (start + spent, count := count + 1, task))
+                        waiting.add(submitted, rank, task)
+            while len(waiting) and self.idle and max(self.idle[0], waiting.earliest()) <= self._horizon(running):
+                start = max(heapq.heappop(self.idle), waiting.earliest())
+                rank, task = waiting.next(start)
+                spent = seconds_of(task, self.times)
+                heapq.heappush(running, (start + spent, count := count + 1, task, rank))
                 self.work, self.tasks = self.work + spent, self.tasks + 1
                 self.by_stage[task.stage] += spent
             if not running:
                 return max(now, self.driver_free)
-            now, _, task = heapq.heappop(running)
+            now, _, task, rank = heapq.heappop(running)
             heapq.heappush(self.idle, now)
             self.driver_free = max(self.driver_free, now)
             at_work.discard(node := (task.stage, task.unit))
-            for submitted, free in behind.pop(node, []):
+            for submitted, of, free in behind.pop(node, []):
                 awaits[free.stage, free.unit] -= 1
                 if not awaits[free.stage, free.unit]:
-                    heapq.heappush(waiting, (max(now, submitted), count := count + 1, free))
-            ended.append(task)
+                    waiting.add(max(now, submitted), of, free)
+            ended.append((task, rank))
 
     def _drive(self) -> float:
         """When the driver is through with one more task."""
@@ -133,9 +138,38 @@ class Simulation:
         return self.driver_free
 
     @staticmethod
-    def _horizon(running: list[tuple[float, int, Task]]) -> float:
+    def _horizon(running: list[tuple[float, int, Task, int]]) -> float:
         """Nothing that starts later than the next end is certain yet."""
         return running[0][0] if running else float("inf")
+
+
+class _Waiting:
+    """Tasks that a worker may take from a certain time on: of those that it may take, the one of the lowest rank."""
+
+    def __init__(self) -> None:
+        self._later: list[tuple[float, int, int, Task]] = []
+        self._now: list[tuple[int, int, Task]] = []
+        self._count, self._time = 0, 0.0
+
+    def __len__(self) -> int:
+        return len(self._later) + len(self._now)
+
+    def add(self, time: float, rank: int, task: Task) -> None:
+        self._count += 1
+        heapq.heappush(self._later, (time, self._count, rank, task))
+
+    def earliest(self) -> float:
+        """From when on there is one."""
+        return self._time if self._now else self._later[0][0]
+
+    def next(self, time: float) -> tuple[int, Task]:
+        """At this time, which never goes back."""
+        self._time = time
+        while self._later and self._later[0][0] <= time:
+            _, count, rank, task = heapq.heappop(self._later)
+            heapq.heappush(self._now, (rank, count, task))
+        rank, _, task = heapq.heappop(self._now)
+        return rank, task
 
 
 def simulated(

@@ -47,6 +47,15 @@ def test_tasks_run_as_they_become_ready(client: Client, store: Store, ledger: Le
         assert list(again.records()) == list(ledger.records())
 
 
+def test_what_was_begun_first_ends_first(client: Client, store: Store, ledger: Ledger) -> None:
+    """Dask runs what a tile has set free before the tiles that were submitted long before it."""
+    town = Town(tiles=32, buildings=1, sleep_s=0.02)
+    run_tasks(town, client, store, ledger, max_in_flight=32)
+    place = {name: k for k, name in enumerate(town.told)}
+    assert place["reconstruct-000/0000"] < place["surface-028"]
+    assert place["reconstruct-008/0000"] < place["surface-031"]
+
+
 def test_running_again_does_nothing_and_tells_the_same(client: Client, store: Store, ledger: Ledger) -> None:
     first, second = Town(), Town()
     run_tasks(first, client, store, ledger)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import CancelledError
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -29,6 +29,7 @@ from cityflow.flow.interrupts import heard
 from cityflow.flow.joining import Joining
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import Silent, Watcher
+from cityflow.flow.ready import Ready
 from cityflow.flow.records import read_record
 from cityflow.flow.reply import Ending, Reply
 from cityflow.flow.run_summary import Summary
@@ -97,8 +98,7 @@ class _Run:
     def __init__(self, context: Context, max_in_flight: int | None) -> None:
         self._context = context
         self._limit = InFlight(context.client, max_in_flight)
-        # Newest first: what a finished tile makes ready goes before the next tile, so few iterators are open
-        self._ready: list[Iterator[Task]] = [iter(context.source.initial())]
+        self._ready = Ready(context.source.initial())
         self._ahead = Ahead()
         self._suspects = Suspects(context.client, self._limit.workers)
         self._first = FirstUnits()
@@ -153,44 +153,36 @@ class _Run:
         while count > 0 and len(jobs) < most:
             if time.monotonic() > deadline:
                 return jobs, True
-            task = self._next()
+            task = self._ready.next()
             if task is None:
                 break
-            for job in self._take(task):
+            for job in self._take(*task):
                 jobs.append(job)
                 self._submission.expect(job)
                 count -= not job.awaited
         return jobs, False
 
-    def _next(self) -> Task | None:
-        while self._ready:
-            task = next(self._ready[-1], None)
-            if task is not None:
-                return task
-            self._ready.pop()
-        return None
-
-    def _take(self, task: Task) -> list[Job]:
+    def _take(self, task: Task, rank: int) -> list[Job]:
         """The job of a task; none where its record stands."""
         self._context.progress.ready(task)
-        return self._drafted(task) if isinstance(task, Draft) else self._checked(task)
+        return self._drafted(task, rank) if isinstance(task, Draft) else self._checked(task, rank)
 
-    def _drafted(self, draft: Draft) -> list[Job]:
+    def _drafted(self, draft: Draft, rank: int) -> list[Job]:
         """The job of a draft; none where something that it awaits is held back, as a suspect or by a damaged file."""
-        job = Job(draft, self._context.ledger.next_attempt(draft.stage, draft.unit))
+        job = Job(draft, self._context.ledger.next_attempt(draft.stage, draft.unit), rank)
         self._ahead.add(job)
         ready = all(node in self._submission for node in draft.awaited)
         return [job] if ready or not self._ahead.held(job, None) else []
 
-    def _checked(self, task: Task) -> list[Job]:
+    def _checked(self, task: Task, rank: int) -> list[Job]:
         ledger = self._context.ledger
         state, attempt = ledger.state_and_attempt(task)
         if state is State.DONE:
             record = ledger.latest(task.stage, task.unit)
             if record is not None and not self._context.redo(task, record):
-                self._follow(task, record, fresh=False)
+                self._follow(task, record, rank, fresh=False)
                 return []
-        return [Job(task, attempt)]
+        return [Job(task, attempt, rank)]
 
     def _submit(self, jobs: list[Job]) -> None:
         self._submission.send(jobs, self._limit.offers)
@@ -219,7 +211,7 @@ class _Run:
             return
         if isinstance(result, Sealed):
             self._submission.learn(job, result.record)
-            self._follow(job.task, result.record, fresh=True, sealed=result)
+            self._follow(job.task, result.record, job.rank, fresh=True, sealed=result)
             return
         if isinstance(result, Outgrown):
             self._outgrown(job, result)
@@ -227,7 +219,7 @@ class _Run:
         error = result[1] if isinstance(result, tuple) else result
         written = read_record(self._context.store, job.task.stage, job.task.unit, job.attempt)
         if written is not None and written.digest == job.task.digest:
-            self._follow(job.task, written, fresh=True)
+            self._follow(job.task, written, job.rank, fresh=True)
         elif isinstance(error, KilledWorker):
             self._suspect(job, error)
         else:
@@ -239,7 +231,7 @@ class _Run:
             fresh = result.record.attempt >= job.attempt
             if fresh:
                 self._submission.learn(job, result.record)
-            self._follow(draft, result.record, fresh=fresh, sealed=result)
+            self._follow(draft, result.record, job.rank, fresh=fresh, sealed=result)
             return
         error = result[1] if isinstance(result, tuple) else result
         task = draft.made()
@@ -248,7 +240,7 @@ class _Run:
         elif isinstance(error, KilledWorker) and error.task == job.future.key:
             self._suspect(replace(job, task=task), error)
         else:
-            self._submit(self._checked(task))
+            self._submit(self._checked(task, job.rank))
 
     def _spoil(self, damage: Damage) -> None:
         """What made a damaged file shall do it again: in the next pass, since its turn is over in this one."""
@@ -274,7 +266,7 @@ class _Run:
             self._record(job, found.record)
 
     def _record(self, job: Job, record: Record) -> None:
-        self._follow(job.task, store_record(self._context.store, record), fresh=True)
+        self._follow(job.task, store_record(self._context.store, record), job.rank, fresh=True)
 
     def _again(self, job: Job, error: BaseException) -> None:
         if isinstance(error, CancelledError | OSError):
@@ -285,7 +277,7 @@ class _Run:
             raise RunError(problem, where=job.task.name, remedy="fix this and run again: it continues where it stopped")
         self._submit([replace(job, tries=job.tries + (not waited))])
 
-    def _follow(self, task: Task, record: Record, *, fresh: bool, sealed: Sealed | None = None) -> None:
+    def _follow(self, task: Task, record: Record, rank: int, *, fresh: bool, sealed: Sealed | None = None) -> None:
         self._submission.inputs.learn(record)
         if fresh:
             self._context.ledger.add(record, sealed)
@@ -294,7 +286,7 @@ class _Run:
         self._leaves.note(record)
         if fresh:
             self._first.add(record)
-        self._ready.append(iter(self._context.source.after(task, record)))
+        self._ready.add(self._context.source.after(task, record), rank)
         for job, result in self._ahead.followed((task.stage, task.unit)):
             assert isinstance(job.task, Draft)
             self._settle_draft(job, job.task, result)

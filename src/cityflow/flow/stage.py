@@ -32,6 +32,12 @@ class Nodes:
 START: Node = ("", "")
 """What has happened when a run begins."""
 
+
+def turn_of(place: str) -> Node:
+    """What happens when the next part of the work begins, one place after the other: what starts there is asked for before anything of later places."""
+    return "", place
+
+
 C = TypeVar("C")
 """What tasks are made from: the names and digests that the driver knows."""
 
@@ -68,7 +74,7 @@ class Stage(Generic[C]):
         the nodes; every one of them is wanted, too
     draft : (context, unit) → the task before what it waits for has ended (`flow.draft`); None where
         it cannot be told yet, or where there are needs beyond the first step
-    starts : (context, node that has ended) → units that run now, whoever needs them; `START` is the first
+    starts : (context, node that has ended) → units that run now, whoever needs them; `START` is the first, then come the turns of the places (`turn_of`)
     count : (context) → number of tasks; None if unknown yet. Without it, those are counted that others need
     parameters : models of its parameters; several where it has several kinds of tasks
     cost : what a task takes, by experience

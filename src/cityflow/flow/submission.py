@@ -1,4 +1,4 @@
-"""Hands tasks to the scheduler, with the memory that they need: many at a time, drafts behind the tasks that they await."""
+"""Hands tasks to the scheduler, with their rank and the memory that they need: many at a time, drafts behind the tasks that they await."""
 
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 from uuid import uuid4
 
+from dask.base import annotate
 from distributed import Client
 
 from cityflow.flow.attempt import run_sealed
@@ -119,9 +120,12 @@ class Submission:
     ) -> None:  # fmt: skip
         keys, stores = [self._key(job) for job in jobs], [self._store] * len(jobs)
         attempts, needs = [job.attempt for job in jobs], [job.need_mb for job in jobs]
-        futures = self._client.map(
-            function, stores, what, attempts, needs, *awaited, key=keys, pure=False, retries=0, resources=resources(asked_mb)
-        )  # fmt: skip
+        # asked by the scheduler for each key: a message for each rank would cost more
+        first = {key: -job.rank for key, job in zip(keys, jobs, strict=True)}.get
+        with annotate(priority=first):
+            futures = self._client.map(
+                function, stores, what, attempts, needs, *awaited, key=keys, pure=False, retries=0, resources=resources(asked_mb)
+            )  # fmt: skip
         self._jobs.update((key, job.sent(f)) for key, job, f in zip(keys, jobs, futures, strict=True))
         self._keys.update((job.node, key) for key, job in zip(keys, jobs, strict=True))
         self.completed.update(futures)

@@ -32,6 +32,7 @@ class Job:
 
     Attributes
     ----------
+    rank : of the task with which its work began (`flow.ready`): lower ones go first
     tries : that gave neither record nor death
     least_mb, need_mb, asked_mb : of memory: what a worker that was too small has shown; what it is expected to need; what the scheduler was asked for
     since, alone_s : when it was first submitted, and how long it has been alone since
@@ -40,6 +41,7 @@ class Job:
 
     task: Task
     attempt: int
+    rank: int = 0
     future: Any = None
     tries: int = 0
     least_mb: float = 0.0
@@ -53,13 +55,13 @@ class Job:
     def asking(self, task: Task, need_mb: float, asked_mb: float) -> Job:
         """The same as it is sent; `dataclasses.replace` takes ten times as long."""
         return Job(
-            task, self.attempt, self.future, self.tries, self.least_mb, need_mb, asked_mb, self.since, self.alone_s, self.deaths, self.deaths_alone
+            task, self.attempt, self.rank, self.future, self.tries, self.least_mb, need_mb, asked_mb, self.since, self.alone_s, self.deaths, self.deaths_alone
         )  # fmt: skip
 
     def sent(self, future: Any) -> Job:
         """The same on the scheduler."""
         return Job(
-            self.task, self.attempt, future, self.tries, self.least_mb, self.need_mb, self.asked_mb, self.since, self.alone_s, self.deaths,
+            self.task, self.attempt, self.rank, future, self.tries, self.least_mb, self.need_mb, self.asked_mb, self.since, self.alone_s, self.deaths,
             self.deaths_alone,
         )  # fmt: skip
 

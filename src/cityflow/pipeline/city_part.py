@@ -99,7 +99,7 @@ class CityPart:
             yield from self.walk.want((OUTLINE, t) for t in near)
         yield from self.walk.want(self._naming(near))
         yield from self._want_chosen()
-        yield from self.walk.begin()
+        yield from self.walk.begin(city.districts.in_order())
 
     def after(self, task: Task, record: Record) -> Iterator[Task]:
         """What a finished task sets free."""

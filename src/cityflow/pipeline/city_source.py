@@ -63,7 +63,7 @@ class CitySource:
         return self.city.area
 
     def initial(self) -> Iterator[Task]:
-        """What can start at once; everything else follows from `after`.
+        """What can start at once, tile by tile and district by district; everything else follows from `after`.
 
         Raises
         ------
@@ -73,7 +73,7 @@ class CitySource:
         self.city.refuse_nothing()
         # what a person has drawn is read before anything runs: a file that is not there is said at once
         _ = self.survey.edits
-        yield from self.walk.begin()
+        yield from self.walk.begin(self.city.districts.in_order())
 
     def after(self, task: Task, record: Record) -> Iterator[Task]:
         """What a finished task sets free; what it says is learned at once."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
 from typing import Protocol, TypeVar
 
-from cityflow.flow.stage import START, Node, Stage
+from cityflow.flow.stage import START, Node, Stage, turn_of
 from cityflow.flow.task import Task
 from cityflow.pipeline.walk import Walk
 
@@ -54,9 +54,12 @@ class PartWalk(Walk[C]):
         self.made: set[Node] = set()
         self.left: set[Node] = set()
 
-    def begin(self) -> Iterator[Task]:
-        """What stands at the end of the flow and may change, as far as an earlier run has come to it."""
-        goals = [(stage.name, unit) for stage in self._starting for unit in stage.starts(self._context, START)]
+    def begin(self, places: Iterable[str] = ()) -> Iterator[Task]:
+        """What stands at the end of the flow and may change, as far as an earlier run has come to it; place by place."""
+        turns, context = (START, *map(turn_of, places)), self._context
+        goals = [
+            (stage.name, unit) for turn in turns for stage in self._starting for unit in stage.starts(context, turn)
+        ]
         reached = [node for node in goals if self._standing.may_change(node)]
         self.left.update(node for node in reached if not self._done_before(node))
         yield from self.want(node for node in reached if self._done_before(node))

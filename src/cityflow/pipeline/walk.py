@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 from cityflow.flow.draft import Draft
 from cityflow.flow.gates import Gates
 from cityflow.flow.node_set import NodeSet
-from cityflow.flow.stage import START, Node, Nodes, Stage, nobody
+from cityflow.flow.stage import START, Node, Nodes, Stage, nobody, turn_of
 from cityflow.flow.task import Task
 
 C = TypeVar("C")
@@ -40,9 +40,10 @@ class Walk(Generic[C]):
         self._handed_out = _HandedOut(ended)
         self._drafts: Gates[Node, Node] = Gates(self._handed_out)
 
-    def begin(self) -> Iterator[Task]:
-        """What can start at once."""
-        yield from self._started_by(START)
+    def begin(self, places: Iterable[str] = ()) -> Iterator[Task]:
+        """What can start at once: what waits for no place, then place by place, each with all that it needs."""
+        for node in (START, *map(turn_of, places)):
+            yield from self._started_by(node)
 
     def want(self, nodes: Iterable[Node]) -> Iterator[Task]:
         """What can start at once of these tasks and of all that they need."""

@@ -14,7 +14,7 @@ from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.parameters import Parameters
-from cityflow.flow.stage import START, Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
@@ -187,10 +187,9 @@ def _points(city: City, unit: str) -> Iterable[Node]:
 
 
 def _starts(city: City, ended: Node) -> Iterable[str]:
-    """The tiles of local frames that look at the ground tiles to export."""
-    return (
-        city.survey.images.tilted.units_over(city.tiles) if ended == START and city.survey.source.kind == IMAGES else []
-    )
+    """The tiles of local frames that look at the ground tiles to export, with the first of these."""
+    tiles = city.tiles_at(ended)
+    return city.survey.images.tilted.units_over(tiles) if tiles and city.survey.source.kind == IMAGES else []
 
 
 STAGE = Stage(

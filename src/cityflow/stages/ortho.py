@@ -11,7 +11,7 @@ from cityflow.core.arrays import Float32Array
 from cityflow.core.building import Status
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Bounds, Grid, grown
-from cityflow.flow.stage import START, Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
@@ -146,7 +146,7 @@ def _surfaces_and_images(city: City, name: str) -> Iterable[Node]:
 
 
 def _starts(city: City, ended: Node) -> Iterable[str]:
-    return city.tiles if ended == START and city.survey.source.kind == IMAGES else ()
+    return city.tiles_at(ended) if city.survey.source.kind == IMAGES else ()
 
 
 STAGE = Stage(

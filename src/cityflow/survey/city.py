@@ -138,6 +138,10 @@ class City:
         """The same as `tiles`."""
         return frozenset(self.tiles)
 
+    def tiles_at(self, turn: Node) -> list[str]:
+        """The tile whose turn it is to begin, if it is one's."""
+        return [turn[1]] if not turn[0] and turn[1] in self.tile_names else []
+
     @cached_property
     def districts(self) -> Districts:
         """How the exports of the tiles are merged."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from cityflow.core.grid import Tile
@@ -33,6 +33,20 @@ class Districts:
     def names(self) -> list[str]:
         """Of the districts, without the city."""
         return [name for name in self.parts if name != CITY]
+
+    def in_order(self, above: str = CITY) -> Iterator[str]:
+        """Tiles, districts and the city in the order in which work begins, each after all that it is merged of: a district ends before the next begins.
+
+        >>> tiles = [Tile(col, row, 250.0) for row in range(7, 9) for col in range(40)]
+        >>> " ".join(districts_of(tiles, ["7_7", "8_7", "8_8", "9_8"]).in_order())
+        '7_7 8x8_0_0 8_7 8x8_1_0 8_8 9_8 8x8_1_1 city'
+        """
+        for name in self.parts[above]:
+            if name in self.parts:
+                yield from self.in_order(name)
+            else:
+                yield name
+        yield above
 
 
 def districts_of(tiles: Iterable[Tile], chosen: Collection[str]) -> Districts:

@@ -8,7 +8,7 @@ from typing import Any
 
 from cityflow.core.building import Building, Lod, Status
 from cityflow.core.grid import Bounds
-from cityflow.flow.stage import START, Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
@@ -35,7 +35,6 @@ from cityflow.stages.export.tile_openings import openings_on, with_window_figure
 from cityflow.stages.export.tile_summary import leave_summary
 from cityflow.surface.tin_parts import connected_parts
 from cityflow.survey.city import EXPORT, City
-from cityflow.survey.districts import CITY
 from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
 from cityflow.survey.survey_parameters import ExportParameters
@@ -293,7 +292,7 @@ STAGE = Stage(
     ),
     needs=(_parts, _units_of_ring, _units_beside, _what_it_shows),
     task=_task,
-    starts=lambda city, ended: [*city.tiles, CITY] if ended == START else (),
+    starts=lambda _, ended: [ended[1]] if ended[1] and not ended[0] else (),
     count=lambda city: len(city.tiles) + len(city.districts.parts),
     parameters=(ExportParameters,),
     cost=Cost(5.0, 600.0, 4.0),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid, grown
-from cityflow.flow.stage import START, Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
@@ -156,7 +156,7 @@ STAGE = Stage(
     needs=(_sources,),
     task=lambda city, name: _TASKS[city.survey.source.kind](city.survey, name),
     draft=_draft,
-    starts=lambda city, ended: city.tiles if ended == START else (),
+    starts=lambda city, ended: city.tiles_at(ended),
     parameters=(
         SurfaceParameters,
         ImageSurfaceParameters,
