@@ -3,6 +3,8 @@
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 
@@ -18,6 +20,7 @@ from cityflow.flow.executor import run_tasks
 from cityflow.flow.in_flight import address as address_of
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
+from flow.processes import environment
 from flow.toy_sources import Given
 from flow.toy_stages import toy
 
@@ -95,3 +98,31 @@ def test_a_run_of_a_few_units_leaves_the_others_as_they_are(address: str, store:
     assert len(known.keys() & first.keys()) == 1, "one is the same as before"
     run(address, store, Given([toy("x")]))
     settled(address, lambda known: not known)
+
+
+KILLED = """
+import sys
+from distributed import Client
+from cityflow.flow import erred_leaves
+from cityflow.flow.executor import run_tasks
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.store import Store
+from flow.toy_sources import Given
+from flow.toy_stages import toy
+
+erred_leaves.PUBLISH_S = 0.1
+with Client(sys.argv[1], set_as_default=False) as client, Ledger.open(store := Store.open(sys.argv[2])) as ledger:
+    run_tasks(Given([toy("a", "unusable"), toy("slow", arguments={"sleep_s": 5})]), client, store, ledger)
+"""
+
+
+def test_they_survive_a_killed_driver(address: str, store: Store) -> None:
+    with subprocess.Popen([sys.executable, "-c", KILLED, address, store.root], env=environment()) as driver:
+        with Client(address, set_as_default=False) as client:
+            while not client.list_datasets():
+                assert driver.poll() is None
+                time.sleep(0.05)
+        assert driver.poll() is None
+        driver.kill()
+    known = settled(address, all_erred(1))
+    assert next(iter(known)).startswith("toy-[a]-failed")

@@ -24,6 +24,8 @@ MOST = 1000
 """Failed units that are shown, the newest."""
 EVERY_S = 1.0
 """Leaves are submitted together, as tasks are."""
+PUBLISH_S = 10.0
+"""So often, at most, the scheduler is told to keep them: the driver waits for its answer, with up to `MOST` names; set by hand."""
 PRIORITY = 100
 """Before what waits: a leaf takes a millisecond."""
 
@@ -40,8 +42,8 @@ def raise_reason(reason: str) -> None:
 class ErredLeaves:
     """The newest failed units of a RUN on its scheduler.
 
-    They outlive the driver, until the next run into the same RUN, which shows those that are failed then (`others_kept` around it: and those that it never
-    came to).
+    They outlive the driver, also one that is killed, but for those of its last seconds, until the next run into the same RUN, which shows those that are
+    failed then (`others_kept` around it: and those that it never came to).
 
     Parameters
     ----------
@@ -54,7 +56,8 @@ class ErredLeaves:
         self._name = _name(run)
         self._held: dict[tuple[str, str], Any] = {}
         self._new: dict[tuple[str, str], str] = {}
-        self._next = 0.0
+        self._next = self._publish_at = 0.0
+        self._changed = False
         self._token = uuid4().hex[:8]
         self._count = 0
 
@@ -70,16 +73,20 @@ class ErredLeaves:
         self._new.pop(node, None)
         if (future := self._held.pop(node, None)) is not None:
             future.release()
+            self._changed = True
         if record.status is Status.FAILED:
             self._new[node] = record.reason
             if len(self._new) > MOST:
                 del self._new[next(iter(self._new))]
 
     def tick(self) -> None:
-        """Submit what failed since, at most once a second."""
+        """Submit what failed since, at most once a second; now and then have the scheduler keep them."""
         if self._new and time.monotonic() >= self._next:
             self._show()
             self._next = time.monotonic() + EVERY_S
+        if self._changed and time.monotonic() >= self._publish_at:
+            self._publish()
+            self._publish_at = time.monotonic() + PUBLISH_S
 
     def end(self) -> None:
         """Leave them to the scheduler, which shows them after this driver has gone."""
@@ -87,8 +94,12 @@ class ErredLeaves:
             return
         with suppress(OSError):  # a scheduler that goes now shows nothing any more
             self._show()
-            if self._held:
-                self._client.publish_dataset(dict(self._held), name=self._name, override=True)
+            if self._changed:
+                self._publish()
+
+    def _publish(self) -> None:
+        self._client.publish_dataset(dict(self._held), name=self._name, override=True)
+        self._changed = False
 
     def _show(self) -> None:
         if not self._new:
@@ -100,6 +111,7 @@ class ErredLeaves:
         )
         self._held.update(zip(self._new, futures, strict=True))
         self._new.clear()
+        self._changed = True
         while len(self._held) > MOST:
             self._held.pop(next(iter(self._held))).release()
 
