@@ -40,7 +40,7 @@ FLIGHT = {
     "flight.side_overlap": 0.5, "truth_cell_m": 0.1,
 }  # fmt: skip
 """Small pictures, so that a case takes minutes."""
-RUN = ("outline.source=found", "export.formats=[cityjson]", "texture.when=never")
+RUN = ("outline.source=found", "export.formats=[cityjson]", "texture.when=never", "orient.refine=never")
 ASKED = {
     "dsm NMAD, GSD": "≤ 0.2", "dsm within 3 GSD, %": "≥ 99.5", "rim within 3 GSD, %": "≥ 92",
     "roofs within 15 cm, %": "≥ 98", "planes right ± 1, %": "≥ 95", "borders found": "true poses - 2 points",

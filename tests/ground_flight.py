@@ -57,3 +57,17 @@ def turned(images: list[OrientedImage], off_px: float) -> list[OrientedImage]:
     """The images, each turned by itself."""
     turns = rotation_of(np.random.default_rng(8).normal(0, off_px / CAMERA.fx, (len(images), 3)))
     return [replace(i, rotation=t @ i.rotation) for i, t in zip(images, turns, strict=True)]
+
+
+def off_px(catalog: Catalog, images: list[OrientedImage]) -> float:
+    """Root mean square distance in pixels between where neighbours have the same ground, poses against poses, one shift per survey allowed."""
+    truth = {Path(i.name).stem: i for i in images}
+    grid = np.stack(np.meshgrid(np.linspace(60, 360, 5), np.linspace(60, 260, 5)), axis=-1).reshape(-1, 2)
+    away = []
+    for asset in catalog.images:
+        true = truth[Path(asset.name).stem]
+        rays = true.rays(grid)
+        ground = true.centre + rays * (-true.centre[2] / rays[:, 2])[:, None]
+        away.append(asset.oriented.project(ground + np.array(ORIGIN))[0] - grid)
+    table = np.array(away)
+    return float(np.sqrt(np.mean((table - table.mean(axis=(0, 1))) ** 2)))

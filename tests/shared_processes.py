@@ -27,7 +27,12 @@ TOGETHER = {
         "cluster/test_textured_city.py",
         "cluster/test_update.py",
     ),
-    "surveys on a cluster": ("cluster/test_delft_run.py", "cluster/test_images.py", "cluster/test_tile_places.py"),
+    "surveys on a cluster": (
+        "cluster/test_delft_run.py",
+        "cluster/test_images.py",
+        "cluster/test_settled_poses.py",
+        "cluster/test_tile_places.py",
+    ),
     "clusters that are killed": ("flow/test_cluster.py", "flow/test_spread.py"),
     "toy tasks": ("flow/test_drafts.py", "flow/test_executor.py"),
     "an object store": (

@@ -67,5 +67,5 @@ def small_flight(tmp_path_factory: pytest.TempPathFactory) -> SmallFlight:
 def flight_run(small_flight: SmallFlight, cityflow: Commands, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finished run of the small flight; read only."""
     run = tmp_path_factory.mktemp("flown") / "run"
-    cityflow.run(small_flight, run)
+    cityflow.run(small_flight, run, "--set", "orient.refine=auto")
     return run

@@ -26,6 +26,7 @@ WORKFLOW: dict[str, Any] = {
     "name": "small_flight",
     "tiles": {"tile_m": 50, "index_cell_m": 25},
     "points": {"source": "images"},
+    "orient": {"refine": "never"},
     "flight": {"reference_images": {"cell_m": 8}},
     "outline": {"found": {"halo_m": 50}},
     "reconstruct": {"methods": ["orientation_histogram", "extruded"]},

@@ -180,6 +180,15 @@ def test_what_can_hide_a_tile_of_a_frame_is_all_that_counts(
     assert max(reaches) < OrthoParameters().halo_m / 2
 
 
+def test_the_report_says_that_the_poses_were_looked_at_first(flight_run: Path) -> None:
+    """They are exact, so a sample of pairs is all that is made; the runs that others are compared with take them as they are."""
+    found = report(flight_run)["poses"]
+    assert not found["refined"]
+    assert found["sample"]["tied"] > 0
+    assert "Poses are taken as given" in (flight_run / "report.html").read_text()
+    assert [p.name for p in (flight_run / "orient" / "records").iterdir()] == ["sample"]
+
+
 def test_the_report_names_every_stage(flight_run: Path) -> None:
     stages = {s["stage"]: s["units"] for s in report(flight_run)["stages"]}
     assert stages["ingest"] == 17, "fifteen images, the outlines, and those of one tile noded"

@@ -32,10 +32,9 @@ from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.control_points.point_table_write import point_table_text
 from cityflow.io.images.exif_write import with_exif
 from cityflow.orientation.photo_doubts import usable_positions
-from cityflow.reporting.orientation_report import PAGE
+from cityflow.reporting.orientation_report import FIGURES, PAGE
 from cityflow.stages.orient import BLOCK
 from cityflow.stages.orient.photographs import MAP
-from cityflow.workflow.orient import REPORT
 from cityflow.workflow.orient_photographs import orient_photographs, photo_parameters
 from cityflow.workflow.photo_placing import Placed, Placing, known_control, known_positions, place
 
@@ -149,7 +148,7 @@ def oriented(tmp_path_factory: pytest.TempPathFactory) -> Oriented:
         photos = _written(folder / "photos", pictures)
         orient_photographs(photos, out, work, placing, photo_parameters([]), "", 1, console)
     images = {Path(a.name).stem: a.oriented for a in read_catalog(str(out)).images}
-    return Oriented(images, json.loads((out / REPORT).read_text()), told.read_text(), work, (out / PAGE).read_text())
+    return Oriented(images, json.loads((out / FIGURES).read_text()), told.read_text(), work, (out / PAGE).read_text())
 
 
 def _errors(found: dict[str, OrientedImage], flight: Flight) -> tuple[np.ndarray, np.ndarray]:

@@ -9,11 +9,9 @@ import numpy as np
 
 from cityflow.catalog.file_questions import Question, Reading
 from cityflow.catalog.findings import Finding, Level
-from cityflow.handover.tie_sample import QUICK_PX, StarTies, error_of, flown_of, star_ties, stars_of
+from cityflow.handover.tie_sample import FEWEST, QUICK_PX, StarTies, error_of, flown_of, star_ties, stars_of
 from cityflow.io.catalog.stac_assets import ImageAsset
 
-FEWEST = 3
-"""Images below which there is nothing to refine."""
 REMEDY = "cityflow run refines poses by itself (orient.refine); cityflow orient makes a catalog that has them"
 
 

@@ -31,6 +31,8 @@ from cityflow.orientation.views import View, gsd
 
 STARS, SHARE = 8, 8
 """Stars of a large flight; a small one has one for each so many images, so that a sample is never more than half of it. Set by hand, as are those below."""
+FEWEST = 3
+"""Images from the air below which there is nothing to adjust."""
 PAIRS = PairParameters(alike=2, turned=1)
 QUICK_PX, CAREFUL_PX = 1_500_000, 6_000_000
 """Pixels of an image in which points are looked for, by a check and before a run: coarser levels of larger images bound the time, and tell less."""

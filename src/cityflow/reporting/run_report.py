@@ -14,6 +14,7 @@ import numpy as np
 from rich.console import Console
 
 from cityflow.core.building import Status
+from cityflow.core.orientation_figures import OrientationFigures
 from cityflow.core.parameters import merged
 from cityflow.errors import CityflowError, WorkflowError
 from cityflow.flow.ledger import Ledger
@@ -21,11 +22,14 @@ from cityflow.flow.row import Row
 from cityflow.io.crs import vertical_datum
 from cityflow.io.globe import globe_of
 from cityflow.pipeline.workflow_parameters import CityParameters
+from cityflow.reporting.adjustment_words import figures_file
 from cityflow.reporting.change_report import told_changes
 from cityflow.reporting.checkpoint_rows import checkpoint_rows
 from cityflow.reporting.image_figures import image_figures
 from cityflow.reporting.listed_city import listed_city, problems_of
+from cityflow.reporting.orientation_doubts import orientation_figures
 from cityflow.reporting.pictures import run_pictures
+from cityflow.reporting.poses_words import row_of_poses
 from cityflow.reporting.raster_pictures import tiles_made
 from cityflow.reporting.summed_city import SummedCity
 from cityflow.reporting.texture_figures import texture_figures
@@ -75,6 +79,7 @@ PRODUCTS = {
         "LAZ with LAS classes, colour, reference image and precision, one file per ground tile",
     ),
     "products/catalog.json": ("STAC", "The products as a catalog"),
+    "oriented/collection.json": ("Catalog with refined poses", "The given catalog with the poses that this run uses"),
     "surface.zarr": ("Zarr", "All surface layers, one chunk per ground tile; docs/formats.md says how xarray opens it"),
 }
 
@@ -193,13 +198,23 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         districts=summed.rows() if large or summed.has_districts else (),
         pictures=run_pictures(run.store, survey, city.shown, records, run.workflow.city.report),
         images=image_figures(survey, records, run.area),
-        orientation=run.catalog.orientation,
+        orientation=_orientation(run),
         checkpoints=checkpoint_rows(run.store),
         unused_edits=unused_edits(run, records),
         textures=texture_figures(run.store, survey, records),
         placing=_placing(run, survey),
         changes=tuple(told_changes(run.store)),
+        poses=row_of_poses(run.poses),
     )  # fmt: skip
+
+
+def _orientation(run: Prepared) -> OrientationFigures | None:
+    """Of the poses that the run uses: what it found itself, else what their catalog says."""
+    found = run.poses
+    if found is None or not found.refined or found.summary is None or found.block is None:
+        return run.catalog.orientation
+    parameters = run.workflow.city.orient.model_dump(mode="json")
+    return orientation_figures(figures_file(found.summary, found.block, found.left_out, parameters))
 
 
 def _changed(run: Prepared) -> tuple[tuple[str, Any, Any], ...]:

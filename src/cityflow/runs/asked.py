@@ -18,6 +18,7 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.some_units import SomeUnits
 from cityflow.flow.store import Store
 from cityflow.runs.known_keys import sources_digest
+from cityflow.runs.poses_note import NOTE as POSES
 
 NOTE = "asked.json"
 DESCRIPTION, OVERRIDES = "run.json", "overrides"
@@ -81,5 +82,6 @@ def _units(tree: Mapping[str, Any]) -> SomeUnits:
 def circumstances(store: Store) -> str:
     """Digest of all that decides, beside records, which tasks are asked for and which of them are done."""
     overrides = [(path, store.read_bytes(path).decode()) for path in store.find(OVERRIDES)]
-    told = json.dumps([store.read_bytes(DESCRIPTION).decode(), overrides, sources_digest()])
+    poses = store.read_bytes(POSES).decode() if store.exists(POSES) else ""
+    told = json.dumps([store.read_bytes(DESCRIPTION).decode(), overrides, sources_digest(), poses])
     return sha256(told.encode()).hexdigest()

@@ -12,6 +12,7 @@ from cityflow.runs.known_keys import Key
 COMMON = (
     "tiles.tile_m", "tiles.index_cell_m", "points.source",
     "raw.pattern", "raw.bits", "raw.calibration.folder", "raw.undistort", "raw.near_infrared.folder",
+    "orient.bound_px", "orient.adjustment.calibrate", "orient.refine",
     "images.level", "images.cell_m", "images.least_views", "images.most_ortho_tilt", "images.frames",
     "match.memory_mb",
     "surface.cell_m", "surface.fill_m", "surface.dtm.method", "surface.cover.building_height_m",

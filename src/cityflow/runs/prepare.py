@@ -7,7 +7,7 @@ import os
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,20 +22,47 @@ from cityflow.runs.catalog_fits import refuse_unfit
 from cityflow.runs.first_look import DESCRIPTION, RUNS
 from cityflow.runs.known_keys import known_keys, sources_digest
 from cityflow.runs.overrides import read_overrides
+from cityflow.runs.poses_note import SettledPoses
 from cityflow.runs.settings import Workflow, load_workflow
+from cityflow.runs.settled_poses import catalog_in_use, is_refinable, settled_poses
 from cityflow.survey.area import Area, parse_area
 from cityflow.survey.kept_plans import RunPlans
 
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """What a run needs to know before it starts; `notes` are for whoever gave the command."""
+    """What a run needs to know before it starts.
+
+    Attributes
+    ----------
+    catalog : with the poses that the run uses
+    notes : for whoever gave the command
+    given : the catalog as it is, where its poses have been looked for in the RUN (`with_settled_poses`)
+    poses : what the RUN knows of them; None where nothing is known, or nobody asks
+    """
 
     workflow: Workflow
     catalog: Catalog
     area: Area
     store: Store
     notes: tuple[str, ...] = ()
+    given: Catalog | None = None
+    poses: SettledPoses | None = None
+
+    @property
+    def poses_are_unknown(self) -> bool:
+        """Whether a run looks at the given poses before anything else, and nothing is known of them yet."""
+        return self.poses is None and is_refinable(self.workflow.city, self.given or self.catalog)
+
+    def as_given(self) -> Prepared:
+        """With the poses of the catalog."""
+        return replace(self, catalog=self.given or self.catalog)
+
+    def with_settled_poses(self) -> Prepared:
+        """With the poses that the RUN says, where it says some of this catalog and these parameters; else with those of the catalog."""
+        given = self.given or self.catalog
+        found = settled_poses(self.workflow.city, given, self.store)
+        return replace(self, catalog=catalog_in_use(given, found), given=given, poses=found)
 
     @property
     def overrides(self) -> Mapping[tuple[str, str], Mapping[str, Any]]:
@@ -78,9 +105,13 @@ def prepared(
     if known:
         limited = " and its area" if known.get("area") and not aoi else ""
         notes += (f"Catalog{limited} as in the RUN: {found.href}",)
+    if workflow.city.orient.refine == "always" and not is_refinable(workflow.city, found):
+        notes += (
+            "orient.refine=always has no effect: poses are adjusted where the surface is made of three images at least",
+        )
     if doubt := suspicion(found.reference, found.bounds):
         notes += (f"Warning: {doubt}; cityflow catalog check {shlex.quote(found.href)} says more",)
-    return Prepared(workflow, found, area, store, notes)
+    return Prepared(workflow, found, area, store, notes).with_settled_poses()
 
 
 def _description(store: Store) -> dict[str, Any]:

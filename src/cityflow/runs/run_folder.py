@@ -57,7 +57,8 @@ def open_run(url: str) -> Prepared:
         raise RunError("no run here (run.json is missing)", where=url, remedy="start one with `cityflow run … --out`")
     tree = _description(store)
     workflow = checked(known_part(tree["workflow"]), where=f"{url}/{DESCRIPTION}")
-    return Prepared(workflow, read_catalog(tree["catalog"], allow_outside=True), _area(tree["area"], store), store)
+    catalog = read_catalog(tree["catalog"], allow_outside=True)
+    return Prepared(workflow, catalog, _area(tree["area"], store), store).with_settled_poses()
 
 
 def _area(wkt: Any, store: Store) -> Area:

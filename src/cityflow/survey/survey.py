@@ -55,7 +55,7 @@ class Survey:
         self, catalog: Catalog, parameters: SurveyParameters, overrides: Mapping[Node, Mapping[str, Json]], plans: Plans | None = None
     ) -> None:  # fmt: skip
         self.catalog, self.parameters, self.overrides = catalog, parameters, overrides
-        kind = _source_of(catalog, parameters.points.source)
+        kind = source_kind_of(catalog, parameters.points.source)
         self.lidar = LidarSurvey(catalog.lidar if kind == LIDAR else (), parameters)
         self.images = ImageSurvey(catalog, parameters, plans)
         self.matches = MatchUnits(self.images)
@@ -228,7 +228,7 @@ class Survey:
         return self._limits[stage]
 
 
-def _source_of(catalog: Catalog, asked: str) -> str:
+def source_kind_of(catalog: Catalog, asked: str) -> str:
     """What the surface is made from: as the workflow says, else the first of LiDAR, images and rasters that the catalog has."""
     if asked != "auto":
         return asked

@@ -24,6 +24,7 @@ from cityflow.surface.tile_surface import SurfaceParameters
 from cityflow.surface.tin import TinParameters
 from cityflow.surface.true_ortho import OrthoParameters
 from cityflow.survey.atlas_parameters import AtlasParameters
+from cityflow.survey.orient_parameters import RefineParameters
 from cityflow.survey.raw_parameters import RawInput
 from cityflow.texture.unit import TextureParameters
 from cityflow.viewer.report_parameters import ReportParameters
@@ -167,6 +168,7 @@ class SurveyParameters(Parameters):
     tiles: TileParameters = TileParameters()
     points: PointsParameters = PointsParameters()
     raw: RawInput = RawInput()
+    orient: RefineParameters = RefineParameters()
     images: ImagesParameters = ImagesParameters()
     look_directions: LookParameters = LookParameters()
     flight: FlightPlanParameters = FlightPlanParameters()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,3 +103,21 @@ class CheckpointRow:
     bias: float | None
     rmse: float | None
     le95: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class PosesRow:
+    """What a run found out about the poses of its images before it matched them.
+
+    Attributes
+    ----------
+    refined : whether adjusted poses are used;  lines : all of it for people
+    sample, summary : figures of the sample of pairs, and of the adjustment; None where there was none
+    left_out : images that could not be read
+    """
+
+    refined: bool
+    lines: tuple[str, ...]
+    sample: Mapping[str, Any] | None
+    summary: Mapping[str, Any] | None
+    left_out: tuple[str, ...]

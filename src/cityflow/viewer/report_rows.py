@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Scalar, Status
 from cityflow.core.orientation_figures import OrientationFigures
-from cityflow.viewer.image_rows import CheckpointRow, ImageFigures
+from cityflow.viewer.image_rows import CheckpointRow, ImageFigures, PosesRow
 from cityflow.viewer.picture import Picture
 from cityflow.viewer.texture_rows import TextureFigures
 
@@ -177,6 +177,7 @@ class ReportData:
     changes : pages of changes by updates, the last first: address, relative to the report, and what it says in short
     districts : of a large city
     whole : figures of all buildings, where `units` are those of a large city that a person shall see; its failed units are among the `problems`
+    poses : what the run found out about the poses of images before it matched them; None where it has not looked
     """
 
     title: str
@@ -209,3 +210,4 @@ class ReportData:
     changes: tuple[tuple[str, str], ...] = ()
     districts: tuple[DistrictRow, ...] = ()
     whole: UnitFigures | None = None
+    poses: PosesRow | None = None

@@ -46,6 +46,7 @@ def report_figures(data: ReportData) -> dict[str, Any]:
         "unused_edits": [asdict(e) for e in data.unused_edits],
         "images": image_summary(data.images) if data.images else None,
         "orientation": asdict(data.orientation) if data.orientation else None,
+        "poses": asdict(data.poses) if data.poses else None,
         "checkpoints": [asdict(c) for c in data.checkpoints],
         "pictures": [p.title for p in data.pictures],
         "review_list": [

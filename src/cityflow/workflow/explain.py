@@ -22,6 +22,7 @@ from cityflow.handover.window_files import wall_lines
 from cityflow.io.city_models.cityjson import read_feature
 from cityflow.pipeline.pipeline import STAGES
 from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS
+from cityflow.reporting.poses_words import lines_of_pose
 from cityflow.reporting.score_parts import ScoreParts, score_parts
 from cityflow.runs.differences import changed
 from cityflow.runs.overrides import read_overrides
@@ -65,6 +66,9 @@ def print_explanation(
 
     for _, attempts in tasks:
         for line in _found(attempts[-1], exported, wanted.store.expecting(LeftBehind(attempts[-1:]))):
+            say(line)
+    if wanted.poses is not None:
+        for line in lines_of_pose(wanted.poses, unit, wanted.given or wanted.catalog):
             say(line)
     say("How it was made:")
     for stage, attempts in tasks:

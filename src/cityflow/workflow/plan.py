@@ -19,6 +19,7 @@ from cityflow.flow.state import State
 from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.pipeline import in_flow_order
+from cityflow.reporting.poses_words import lines_before
 from cityflow.runs.differences import why
 from cityflow.runs.prepare import prepared
 from cityflow.workflow.expected import costs_of
@@ -126,10 +127,11 @@ def print_plan(
         plan = Plan(
             wanted.store.root, workers or os.cpu_count() or 1, plan_of(wanted.source(ledger), ledger), costs_of(ledger)
         )
+    before = list(lines_before(wanted.poses, unknown=wanted.poses_are_unknown, how=wanted.workflow.city.orient.refine))
     if as_json:
-        print_json(_tree(plan))
+        print_json({**_tree(plan), "poses": before})
         return
-    for note in wanted.notes:
+    for note in (*wanted.notes, *before):
         console.print(note, markup=False, highlight=False, soft_wrap=True)
     console.print(_table(plan))
     if not plan.unknown and not any(p.to_run for p in plan.stages.values()):

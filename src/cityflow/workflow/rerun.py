@@ -103,7 +103,8 @@ def chosen_units(wanted: Prepared, ledger: Ledger, asked: Rerun) -> Found:
         refuse_outside(wanted.catalog)
     selection = replace(asked.selection, units=tuple(named_in(wanted.store.root, asked.selection.units, ledger)))
     _refuse_unknown_stage(ledger, selection)
-    part = part_of(wanted.source(ledger).city, ledger, selection)
+    # poses that nobody has looked at yet decide about the whole city
+    part = None if wanted.poses_are_unknown else part_of(wanted.source(ledger).city, ledger, selection)
     chosen = select(current_records(wanted, ledger), selection) if part is None else part.nodes
     if not asked.trust:
         refuse_untrusted(wanted, asked.settings, of_the_run=True, cleared=chosen if asked.clear else frozenset())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -40,6 +40,7 @@ from cityflow.workflow.followed import FollowedCity
 from cityflow.workflow.note_asked import note_asked
 from cityflow.workflow.passes import Passes
 from cityflow.workflow.retired import remove_stale_products
+from cityflow.workflow.settle_poses import Driver, with_settled_poses
 from cityflow.workflow.status import Standing, print_standing, standing_of
 from cityflow.workflow.tile_places import TilePlaces
 from cityflow.workflow.trust import refuse_untrusted
@@ -174,6 +175,8 @@ def execute(
         performance_saved(client, wanted.store, wanted=extras.performance),
     ):
         drive = _Drive(wanted, client, ledger, beat, begin)
+        wanted = with_settled_poses(wanted, Driver(client, beat, drive.begin, talk))
+        drive = replace(drive, wanted=wanted)
         while True:
             survey = _undamaged(drive, passes, talk)
             remove_stale_products(wanted.store, ledger, survey)

@@ -24,7 +24,9 @@ from cityflow.flow.some_units import SomeUnits
 from cityflow.flow.store import Store
 from cityflow.flow.tally import Tally
 from cityflow.flow.task import Record
+from cityflow.reporting.poses_words import lines_of_poses
 from cityflow.runs.asked import Asked, read_asked
+from cityflow.runs.poses_note import read_note as read_poses
 from cityflow.workflow.printed import print_json
 from cityflow.workflow.verdict_words import verdict_of, verdicts_of
 
@@ -71,6 +73,7 @@ class Standing:
     ----------
     verdicts : of the buildings that were asked for;  beyond : number of buildings outside the area of interest that were modelled, too
     damaged : what is wrong with segments of records
+    poses : what the run found out about the poses of its images
     """
 
     run: str
@@ -85,6 +88,7 @@ class Standing:
     unused_edits: Sequence[tuple[str, str]]
     damaged: Sequence[str]
     next: Sequence[str]
+    poses: Sequence[str] = ()
 
 
 def print_status(url: str, console: Console, as_json: bool = False) -> None:
@@ -185,6 +189,7 @@ def standing_of(store: Store, asked: Asked, ledger: Ledger, shown_as: str) -> St
     return Standing(
         store.root, asked.workflow, asked.title, at_work, is_complete, stages, told, beyond, problems,
         [(text, remedy) for text, remedy in asked.edits], ledger.problems(), list(_next(shown_as, at_work, is_complete, sum(stale.values()), told, problems)),
+        list(lines_of_poses(poses)) if (poses := read_poses(store)) is not None else [],
     )  # fmt: skip
 
 
@@ -200,6 +205,8 @@ def print_standing(standing: Standing, console: Console) -> None:
         console.print(
             f"Buildings by verdict: {told}.{more} {GOOD_MEANS}", markup=False, highlight=False, soft_wrap=True
         )
+    for line in standing.poses:
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
     console.print(_table(standing.stages))
     for problem in standing.problems:
         console.print(_line(problem), markup=False, highlight=False, soft_wrap=True)

@@ -96,7 +96,8 @@ def refuse_misfit(run: Prepared, wanted: Prepared, *, smaller: bool) -> None:
     old, new = run.catalog.reference.code, wanted.catalog.reference.code
     if old != new:
         raise RunError(f"the RUN is in {old}, the catalog in {new}", where=wanted.catalog.href, remedy="make the catalog again with --crs " + old)  # fmt: skip
-    former, survey = run.source().survey, wanted.source().survey
+    # bounds of images follow from their poses: given ones are compared with given ones
+    former, survey = (run.as_given() if wanted.poses is None else run).source().survey, wanted.source().survey
     if former.source.kind != survey.source.kind:
         raise RunError(
             f"the surface of the RUN is made of {SOURCES[former.source.kind]}, that of the catalog of {SOURCES[survey.source.kind]}",
@@ -116,7 +117,7 @@ def _with_catalog(run: Prepared, catalog: str, *, allow_outside: bool) -> Prepar
     if not allow_outside:
         refuse_outside(found)
     refuse_unfit(run.workflow.city, found)
-    return replace(run, catalog=found)
+    return replace(run, catalog=found, given=found).with_settled_poses()
 
 
 def _with_settings(run: Prepared, settings: Sequence[str]) -> Prepared:

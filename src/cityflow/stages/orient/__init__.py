@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from pydantic import Field
 
 from cityflow.adjustment.bundle import AdjustmentParameters
 from cityflow.adjustment.control_check import ContradictionError
@@ -21,7 +20,6 @@ from cityflow.adjustment.refinement import refined
 from cityflow.adjustment.tracks import tied
 from cityflow.core.building import Status
 from cityflow.core.control_points import ControlPoint
-from cityflow.core.parameters import Parameters
 from cityflow.errors import CatalogError
 from cityflow.flow.task import Json, Limits, Outcome, Record, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
@@ -36,8 +34,9 @@ from cityflow.io.catalog.stac_assets import ImageAsset
 from cityflow.io.fetch import local_file
 from cityflow.io.images.image_tiles import tile_image
 from cityflow.io.images.tiled_images import check_size, image_header, open_image
-from cityflow.orientation.tie_pairs import PairParameters, tie_pairs
+from cityflow.orientation.tie_pairs import tie_pairs
 from cityflow.orientation.views import View
+from cityflow.survey.orient_parameters import OrientParameters
 
 FEATURES, TIES, ADJUST = "features", "ties", "adjust"
 STAGES = (FEATURES, TIES, ADJUST)
@@ -48,18 +47,6 @@ FEATURES_FILE, TIES_FILE, BLOCK_FILE, POINTS_FILE = "features.bin", "ties.bin", 
 LEAST_TIES, LEAST_SHARE = 15, 0.35
 """Matches of a pair that agree, and their share of all: fewer may agree by chance; set by hand on synthetic flights."""
 ONE_IMAGE, WHOLE_BLOCK = Limits(time_s=3600, memory_mb=6000), Limits(time_s=6 * 3600, memory_mb=16000)
-
-
-class OrientParameters(Parameters):
-    """How poses are refined."""
-
-    features: FeatureParameters = FeatureParameters()
-    pairs: PairParameters = PairParameters()
-    matching: MatchingParameters = MatchingParameters()
-    bound_px: float = Field(
-        12.0, gt=0.5, le=500, description="a match lies this near to where the given poses have it, pixels"
-    )
-    adjustment: AdjustmentParameters = AdjustmentParameters()
 
 
 @dataclass(frozen=True, slots=True)

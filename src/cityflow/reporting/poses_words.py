@@ -1,0 +1,87 @@
+"""What a run found out about the poses of its images, in lines for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cityflow.handover.oriented import of_json
+from cityflow.io.tables.feature_ids import listing
+from cityflow.reporting.adjustment_words import described
+from cityflow.runs.poses_note import SettledPoses
+from cityflow.viewer.image_rows import PosesRow
+
+if TYPE_CHECKING:
+    from cityflow.io.catalog.stac_assets import Catalog
+
+ANEW = "the next run tries again"
+
+
+def lines_of_poses(found: SettledPoses) -> Iterator[str]:
+    """How far given poses contradict each other, and whether the run uses them or adjusted ones."""
+    sample = found.sample
+    if sample is not None:
+        yield _of_sample(sample)
+    if found.summary is not None:
+        yield from described(found.summary, found.left_out)
+    elif found.problem:
+        yield f"Poses stay as given, as they could not be adjusted: {found.problem}; {ANEW}"
+    if not found.is_final and found.left_out:
+        yield f"Poses of {listing(found.left_out)} are adjusted, and those of the others again, when the files can be read"
+
+
+def lines_before(poses: SettledPoses | None, *, unknown: bool, how: str) -> Iterator[str]:
+    """What a plan says of the poses.
+
+    Parameters
+    ----------
+    unknown : a run looks at them first
+    how : `orient.refine`
+    """
+    if poses is not None:
+        yield from lines_of_poses(poses)
+    elif unknown:
+        what = "adjusted" if how == "always" else "looked at by a sample"
+        yield f"Poses are {what} first (orient.refine={how}); where adjusted ones are better, all that is made of images is made of these"
+
+
+def row_of_poses(found: SettledPoses | None) -> PosesRow | None:
+    """What the report says."""
+    if found is None:
+        return None
+    return PosesRow(found.refined, tuple(lines_of_poses(found)), found.sample, found.summary, tuple(found.left_out))
+
+
+def _of_sample(sample: Mapping[str, Any]) -> str:
+    pairs = f"{sample['pairs']} pairs of {sample['images']} images"
+    if not sample["tied"]:
+        return f"Poses are taken as given: a sample of {pairs} shows nothing in common where they have it, so nobody knows how exact they are"
+    if 2 * sample["tied"] < sample["pairs"]:
+        told = f"{sample['tied']} of {pairs} have ties where the given poses have them"
+        return f"Given poses are off by many pixels, or pictures are plain: {told}"
+    parallax = f"{sample['parallax_px']:.2f} px of vertical parallax (a sample of {pairs}; noise: below {sample['sure_px']:.2f} px)"
+    if sample["significant"]:
+        return f"Given poses contradict each other by {parallax}: about {sample['nmad_gsd']:.1f} GSD of noise in the surface"
+    return f"Poses are taken as given: they contradict each other by {parallax}, which is not significant"
+
+
+def lines_of_pose(found: SettledPoses, name: str, given: Catalog) -> Iterator[str]:
+    """How the pose of an image was adjusted; nothing where it was not.
+
+    Parameters
+    ----------
+    given : with the poses of before
+    """
+    rows = [i for i in (found.block or {}).get("images", ()) if i["name"] == name] if found.refined else []
+    before = next((a.oriented for a in given.images if a.name == name), None)
+    if not rows or before is None:
+        return
+    row, after = rows[0], of_json(rows[0])
+    turn = (np.trace(after.rotation @ before.rotation.T) - 1) / 2
+    angle, move = np.degrees(np.arccos(np.clip(turn, -1, 1))), np.linalg.norm(after.centre - before.centre)
+    yield (
+        f"pose refined: moved by {move * 100:.1f} cm and turned by {angle:.4f}° by {row['observations']} observations, exact to {row['sigma_px']:.2f} px "
+        f"(orientation.json)"
+    )

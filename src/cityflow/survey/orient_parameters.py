@@ -1,0 +1,35 @@
+"""How poses are refined, by ``cityflow orient`` and before a city."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from cityflow.adjustment.bundle import AdjustmentParameters
+from cityflow.adjustment.descriptor_matching import MatchingParameters
+from cityflow.adjustment.features import FeatureParameters
+from cityflow.core.parameters import Parameters
+from cityflow.orientation.tie_pairs import PairParameters
+
+
+class OrientParameters(Parameters):
+    """How poses are refined."""
+
+    features: FeatureParameters = FeatureParameters()
+    pairs: PairParameters = PairParameters()
+    matching: MatchingParameters = MatchingParameters()
+    bound_px: float = Field(
+        12.0, gt=0.5, le=500, description="a match lies this near to where the given poses have it, pixels"
+    )
+    adjustment: AdjustmentParameters = AdjustmentParameters()
+
+
+class RefineParameters(OrientParameters):
+    """Whether the poses that a catalog gives are refined before its images are matched, and how."""
+
+    refine: Literal["auto", "always", "never"] = Field(
+        "auto",
+        description="adjust given poses before matching: where a sample shows that they contradict each other, always, or never; "
+        "tie points that are kept out decide whether the adjusted poses are taken",
+    )
