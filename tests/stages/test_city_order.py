@@ -13,7 +13,7 @@ from cityflow.flow.ready import Ready
 from cityflow.flow.task import Record, Task
 from cityflow.io.catalog.stac import Catalog, LidarAsset
 from cityflow.pipeline.city_source import CitySource
-from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.workflow_parameters import CityParameters
 
 COLS, ROWS, TILE = 48, 8, 250.0
 """A town of six districts in a row, with a building on each tile."""
