@@ -15,6 +15,7 @@ from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Evidence
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
+from cityflow.pipeline.pipeline import STAGES
 from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.reporting.score_parts import score_parts
@@ -75,58 +76,64 @@ def record(stage: str, parameters: dict[str, Any], scores: Sequence[dict[str, An
     return Record(stage, "u1", 1, "d" * 64, 3, Status.DONE, "", {}, result, parameters, {})
 
 
-def said(newest: Record, every: bool = False) -> str:
+def explained(newest: Record, every: bool = False) -> str:
     store = Store.open("memory://explain")
     made = [f"  {line}" for line in explain._made([newest], {}, "run", every)]
     return "\n".join([*explain._found(newest, {}, store), *made, ""])
 
 
+def test_it_says_what_the_stage_makes_of_what() -> None:
+    lines = explained(record("units", {})).splitlines()
+    assert lines[lines.index("  units, version 3") + 1] == f"    {STAGES['units'].text}"
+    assert "  made_up, version 3" in explained(record("made_up", {})).splitlines()
+
+
 def test_only_parameters_that_differ_are_printed() -> None:
     tree = ModelParameters(methods=("extruded",)).model_dump(mode="json")
     tree["extruded"]["percentile"] = 55.0
-    text = said(record("reconstruct", tree))
+    text = explained(record("reconstruct", tree))
     assert "2 differ from the defaults; --parameters shows all" in text
     assert 'methods = ["extruded"] (default ["orientation_histogram", "extruded"])' in text
     assert "extruded.percentile = 55.0 (default 70.0)" in text
     assert "min_explained" not in text
-    assert "min_explained" in said(record("reconstruct", tree), every=True)
-    assert "as by the defaults" in said(record("surface", SurfaceParameters().model_dump(mode="json")))
+    assert "min_explained" in explained(record("reconstruct", tree), every=True)
+    assert "as by the defaults" in explained(record("surface", SurfaceParameters().model_dump(mode="json")))
 
 
 def test_parameters_younger_than_the_record_are_no_difference() -> None:
     tree = ModelParameters().model_dump(mode="json")
     del tree["score"]["face"], tree["max_unseen"]
-    assert "as by the defaults" in said(record("reconstruct", tree))
+    assert "as by the defaults" in explained(record("reconstruct", tree))
 
 
 def test_records_of_every_stage_are_told_in_the_same_short_form() -> None:
     windows = WindowParameters().model_dump(mode="json")
     older = {**windows, "levels_of_before": 48, "least_m": 0.5}
-    text = said(record("windows", older))
+    text = explained(record("windows", older))
     assert "2 differ from the defaults; --parameters shows all" in text
     assert "      levels_of_before = 48 (no such parameter today)\n" in text
     assert f"      least_m = 0.5 (default {windows['least_m']})\n" in text
-    assert "as by the defaults" in said(record("windows", windows))
-    assert "as by the defaults" in said(record("ingest", {"index_cell_m": 50.0}))
-    assert "parameters: none" in said(record("units", {}))
-    assert not [line for line in said(record("windows", windows), every=True).splitlines() if len(line) > 160]
+    assert "as by the defaults" in explained(record("windows", windows))
+    assert "as by the defaults" in explained(record("ingest", {"index_cell_m": 50.0}))
+    assert "parameters: none" in explained(record("units", {}))
+    assert not [line for line in explained(record("windows", windows), every=True).splitlines() if len(line) > 160]
 
 
 def test_stages_without_defaults_print_all_a_line_each() -> None:
-    text = said(record("made_up", {"raw": {"bits": 12}, "names": ["a"]}))
+    text = explained(record("made_up", {"raw": {"bits": 12}, "names": ["a"]}))
     assert '    parameters:\n      names = ["a"]\n      raw.bits = 12\n' in text
 
 
 def test_candidates_are_a_line_each_with_the_face_price() -> None:
     scores = [score("volumetric", 3, 0.0123), score("extruded", 1, 0.0123, 1)]
-    text = said(record("reconstruct", ModelParameters().model_dump(mode="json"), scores))
+    text = explained(record("reconstruct", ModelParameters().model_dump(mode="json"), scores))
     assert "a roof face costs 0.0123" in text
     assert (
         "volumetric (kept): 0.4369 = 0.2000 (20.0 % of the points off the roof) + 0.1000 (10.0 % under no roof)" in text
     )
     assert "+ 0.0369 (3 roof faces)\n" in text
     shape = {**score("primitives", 4, 0.0123), "numbers": 2}
-    assert "+ 0.0082 (4 roof faces told by 2 numbers)" in said(
+    assert "+ 0.0082 (4 roof faces told by 2 numbers)" in explained(
         record("reconstruct", ModelParameters().model_dump(mode="json"), [shape])
     )
     assert "+ 0.0123 (1 roof face) + 0.1000 (simpler than requested)" in text

@@ -12,27 +12,23 @@ import shapely
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds, grown
-from cityflow.flow.stage import Node
+from cityflow.flow.stage import Node, Place
 from cityflow.flow.task import Record, Task
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.part_walk import PartWalk
-from cityflow.pipeline.pipeline import PIPELINE, STAGES
-from cityflow.survey.city import EXPORT, INGEST, OUTLINE, SPLIT, UNITS, City
+from cityflow.pipeline.pipeline import PIPELINE, PLACE_IN_FLOW, STAGES
+from cityflow.survey.city import EXPORT, INGEST, OUTLINE, UNITS, City
 from cityflow.survey.districts import CITY
 from cityflow.survey.given_outlines import ACCURACY
-from cityflow.survey.surface_source import IMAGES
-from cityflow.survey.texture_inputs import LONGEST_M, atlas_cells_of, tiles_around, windows_are_wanted
+from cityflow.survey.texture_inputs import atlas_cells_of, tiles_around
+from cityflow.survey.unit_entry import UnitEntry
 
-RECONSTRUCT, TEXTURE, WINDOWS, ATLAS = "reconstruct", "texture", "windows", "atlas"
-OF_TILES = (OUTLINE, UNITS, EXPORT, "surface", "ortho", "walls", "fuse")
-OF_IMAGES = ("match", "fuse", "ortho", "frame", "walls")
-PARTS = (SPLIT, UNITS, RECONSTRUCT, TEXTURE, WINDOWS, ATLAS, EXPORT)
-"""Stages that a part may begin with: what lies before has a part of the survey as its place, not one of the city."""
+SPLITTING = min(PLACE_IN_FLOW[stage.name] for stage in PIPELINE if stage.place is Place.OUTLINE)
+"""Place in the flow of the first stage that a part may begin with: what lies before is of a part of the survey, not of the city."""
 LAST = (EXPORT, CITY)
 """The task that ends a run."""
 STANDS_ONCE = "once"
 """Name of an input of that task."""
-PLACE = {stage.name: k for k, stage in enumerate(PIPELINE)}
 TILES_AROUND = 1.5
 """A tile whose units may be others is felt so many tiles away at most: by its neighbours, and by what shares walls with these."""
 
@@ -55,7 +51,16 @@ class Chosen:
     @property
     def may_rename(self) -> bool:
         """Whether there may be other units in the end."""
-        return any(stage in (SPLIT, UNITS) for stage, _ in self.nodes)
+        return any(STAGES[stage].place is Place.OUTLINE or stage == UNITS for stage, _ in self.nodes)
+
+
+def may_begin_with(stage: str) -> bool:
+    """Whether a part may begin with the stage.
+
+    >>> may_begin_with("split"), may_begin_with("outline"), may_begin_with("no stage")
+    (True, False, False)
+    """
+    return PLACE_IN_FLOW.get(stage, -1) >= SPLITTING
 
 
 class CityPart:
@@ -64,7 +69,7 @@ class CityPart:
     Parameters
     ----------
     source : of the whole city; its state is filled from the memory as tasks ask for it
-    chosen : all of stages of `PARTS`
+    chosen : all of stages that it may begin with
     memory : records of all that has run
 
     Attributes
@@ -78,7 +83,7 @@ class CityPart:
         self.chosen: AbstractSet[Node] = chosen.nodes
         self.renamed: set[str] = set()
         self._memory, self._tiles, self._renames = memory, tuple(chosen.places), chosen.may_rename
-        self._first = min((PLACE[stage] for stage, _ in chosen.nodes), default=len(PLACE))
+        self._first = min((PLACE_IN_FLOW[stage] for stage, _ in chosen.nodes), default=len(PIPELINE))
         self._reach = _Reach.of(source.city, chosen)
         self._before: dict[Node, object] = {}
         self._ended: set[Node] = set()
@@ -94,7 +99,7 @@ class CityPart:
         near = [t for t in city.survey.lattice.tiles if self._reach.meets_tile(self._bounds(t))]
         if any((INGEST, ACCURACY) in step(city, t) for t in near[:1] for step in STAGES[OUTLINE].needs):
             self._recall((INGEST, ACCURACY))
-        self._before = {n: _said(self._memory.latest(*n)) for n in self._naming(near) if self.may_change(n)}
+        self._before = {n: _contents(self._memory.latest(*n)) for n in self._naming(near) if self.may_change(n)}
         if city.survey.splits:
             yield from self.walk.want((OUTLINE, t) for t in near)
         yield from self.walk.want(self._naming(near))
@@ -109,7 +114,7 @@ class CityPart:
         if task.stage != self.city.unit_stage:
             yield from self.walk.ended(node)
             return
-        changed = _said(record) != self._before.get(node)
+        changed = _contents(record) != self._before.get(node)
         if changed:
             self.renamed.add(task.unit)
         yield from self.walk.ended(node, changed=changed)
@@ -118,9 +123,9 @@ class CityPart:
     def may_change(self, node: Node) -> bool:
         """Only what comes later in the flow than the first of the chosen stages, and stands near what is chosen."""
         (stage, unit), city = node, self.city
-        if PLACE.get(stage, len(PLACE)) < self._first:
+        if PLACE_IN_FLOW[stage] < self._first:
             return False
-        entry = None if stage in OF_TILES else (city.outlines if stage == SPLIT else city.units).get(unit)
+        entry = self._entry(node)
         if entry is not None:
             return self._reach.meets_unit(entry.bounds)
         tile = self._tile_of(unit)
@@ -163,13 +168,21 @@ class CityPart:
 
     def named_by(self, node: Node) -> Iterable[Node]:
         """Who names the units of a tile has named their tasks, and textures see the units around."""
-        stage, unit = node
-        if stage == EXPORT or PLACE[stage] <= PLACE[self.city.unit_stage]:
+        name, unit = node
+        stage = STAGES[name]
+        if stage.place not in (Place.UNIT, Place.ATLAS_CELL):
             return []
-        entry = self.city.units.get(unit)
+        entry = self._entry(node)
         tile = self._tile_of(unit) if entry is None else entry.tile
-        around = tiles_around(self.city.survey, entry) if entry is not None and stage == TEXTURE else []
+        around = () if entry is None else stage.sees(self.city, unit)
         return self._naming([*([tile] if tile else []), *around])
+
+    def _entry(self, node: Node) -> UnitEntry | None:
+        """The outline or the building that a node is of, where it is known."""
+        stage, unit = node
+        if STAGES[stage].place is Place.OUTLINE:
+            return self.city.outlines.get(unit)
+        return self.city.units.get(unit) if STAGES[stage].place is Place.UNIT else None
 
     def _naming(self, tiles: Iterable[str]) -> list[Node]:
         return [(self.city.unit_stage, t) for t in tiles]
@@ -189,16 +202,16 @@ class CityPart:
         }
         yield from self.walk.want(self._naming(sorted(around)))
         known = [node for node in self.chosen if self._is_known(*node)]
-        yield from self.walk.want(sorted(known, key=lambda node: (PLACE[node[0]], node[1])))
+        yield from self.walk.want(sorted(known, key=lambda node: (PLACE_IN_FLOW[node[0]], node[1])))
 
     def _is_known(self, stage: str, unit: str) -> bool:
-        city = self.city
-        if stage == SPLIT:
-            return unit in city.outlines
-        if stage == ATLAS:
+        city, place = self.city, STAGES[stage].place
+        if place is Place.ATLAS_CELL:
             tile = unit.rpartition(".")[0]
             return tile in city.chosen and unit in atlas_cells_of(city, tile)
-        return unit in city.units if stage in (RECONSTRUCT, TEXTURE, WINDOWS) else unit in city.survey.lattice.tiles
+        if place is Place.TILE:
+            return unit in city.survey.lattice.tiles
+        return self._entry((stage, unit)) is not None
 
     def _recall(self, node: Node) -> None:
         """Learn what a record says of a task that this walk does not come to."""
@@ -212,16 +225,8 @@ class CityPart:
 
     def _is_asked(self, stage: str, unit: str) -> bool:
         """Whether a walk over the whole city would come to it: a record may be of an earlier request."""
-        survey = self.city.survey
-        if stage in OF_IMAGES and survey.source.kind != IMAGES:
-            return False
-        if stage in (SPLIT, UNITS):
-            return survey.splits
-        if stage == TEXTURE:
-            return survey.textures and survey.results.hull(unit).path is not None
-        if stage == WINDOWS:
-            return windows_are_wanted(survey) and bool(survey.results.outputs_of(TEXTURE, unit))
-        return True
+        found = STAGES[stage]
+        return found.asked(self.city, unit) and found.supplied(self.city, unit)
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,10 +254,7 @@ class _Reach:
             if chosen.may_rename or not found
         ]
         inside = [shapely.box(*b) for found in chosen.places.values() for b in found]
-        settings = (
-            survey.parameters_of(TEXTURE, u, survey.parameters.texture) for s, u in survey.overrides if s == TEXTURE
-        )
-        looked_m = max(p.around_m for p in (survey.parameters.texture, *settings)) + LONGEST_M
+        looked_m = max(stage.halo_m(city) for stage in PIPELINE)
         # a building may stand out of its tile as far as half a tile
         tiles_m = max(tile_m * (TILES_AROUND if chosen.may_rename else 0.5) + looked_m, tile_m)
         places = shapely.STRtree([*own, *inside])
@@ -267,7 +269,7 @@ class _Reach:
         return bool(len(self.units.query(shapely.box(*grown(bounds, self.units_m)))))
 
 
-def _said(record: Record | None) -> object:
+def _contents(record: Record | None) -> object:
     """What a task that names units has told."""
     if record is None:
         return None

@@ -13,7 +13,7 @@ from functools import partial
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Record, Task
 from cityflow.io.catalog.stac_assets import Catalog
-from cityflow.pipeline.pipeline import PIPELINE
+from cityflow.pipeline.pipeline import PIPELINE, UNTIL_EXPORT
 from cityflow.pipeline.walk import Walk
 from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.stages import match
@@ -46,7 +46,7 @@ class CitySource:
         plans: Plans | None = None,
         memory: match.Memory | None = None,
     ) -> None:
-        self.city = City(catalog, parameters, area, overrides, plans)
+        self.city = City(catalog, parameters, area, overrides, plans, UNTIL_EXPORT)
         self.walk = Walk(PIPELINE, self.city)
         self._foreseen: Counter[str] = Counter()
         if not area.is_everywhere:

@@ -43,6 +43,9 @@ PIPELINE: tuple[Stage[City], ...] = (
 )
 
 STAGES = {stage.name: stage for stage in PIPELINE}
+PLACE_IN_FLOW = {stage.name: k for k, stage in enumerate(PIPELINE)}
+UNTIL_EXPORT = tuple(stage.name for stage in PIPELINE if stage.until_export)
+"""What these have left of a unit is asked for by no task after the export of its tile."""
 
 
 def table_of_stages(stages: Iterable[Stage[City]] = PIPELINE) -> str:
@@ -51,11 +54,15 @@ def table_of_stages(stages: Iterable[Stage[City]] = PIPELINE) -> str:
     return "\n".join(["| stage | unit of work | in → out |", "|---|---|---|", *rows])
 
 
+def line_of_stages(stages: Iterable[Stage[City]] = PIPELINE) -> str:
+    """The way of the data as a line of Markdown, with what stands before and after the stages."""
+    return " → ".join(["catalog", "orient", *(f"`{s.name}`" for s in stages), "report"])
+
+
 def in_flow_order(stages: Iterable[str]) -> list[str]:
     """Names of stages as data passes through them; names that are no stage of a city come last, by the alphabet.
 
     >>> in_flow_order(["export", "toy", "ingest", "atlas"])
     ['ingest', 'atlas', 'export', 'toy']
     """
-    place = {stage.name: k for k, stage in enumerate(PIPELINE)}
-    return sorted(set(stages), key=lambda stage: (place.get(stage, len(place)), stage))
+    return sorted(set(stages), key=lambda stage: (PLACE_IN_FLOW.get(stage, len(PLACE_IN_FLOW)), stage))

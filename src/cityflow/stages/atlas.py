@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.building import Status
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE, Patch, TexturePage
-from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Json, Outcome, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
@@ -31,7 +31,7 @@ MEDIA = {"jpeg": ("jpg", "image/jpeg"), "png": ("png", "image/png")}
 
 
 @dataclass(frozen=True, slots=True)
-class LeafInputs(TaskInputs):
+class AtlasCellInputs(TaskInputs):
     """Unit → RUN-relative path of its texture, of the units of an atlas cell that have one."""
 
     textures: Mapping[str, str]
@@ -47,7 +47,7 @@ def task(survey: Survey, atlas_cell: str, units: Sequence[str]) -> Task | None:
         NAME, atlas_cell, "cityflow.stages.atlas:run", VERSION,
         parameters=as_json(survey.parameters_of(NAME, atlas_cell, survey.parameters.atlas)),
         inputs={f"texture {u}": digest for u, (_, digest) in files.items()},
-        arguments=as_json(LeafInputs({u: path for u, (path, _) in files.items()})),
+        arguments=as_json(AtlasCellInputs({u: path for u, (path, _) in files.items()})),
         limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
@@ -58,7 +58,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 
     One set after the other, and a page at a time, so that memory holds the patches of one set and one page.
     """
-    textures, parameters = task.arguments_as(LeafInputs).textures, task.parameters_as(AtlasParameters)
+    textures, parameters = task.arguments_as(AtlasCellInputs).textures, task.parameters_as(AtlasParameters)
     manifest: dict[str, Any] = {"plain": {}, "sets": {}}
     figures: dict[str, Json] = {"units": len(textures)}
     for number, name in enumerate(SETS):
@@ -165,9 +165,11 @@ def _count(city: City) -> int | None:
 STAGE = Stage(
     name=NAME,
     unit="atlas cell: a square of a ground tile",
+    place=Place.ATLAS_CELL,
     text="patches of the units that it holds → pages shared by all formats",
     needs=(_textures,),
     task=lambda city, atlas_cell: task(city.survey, atlas_cell, _units_on(city, atlas_cell)),
+    asked=lambda city, name: city.survey.textures and city.exports(name.rpartition(".")[0]),
     count=_count,
     parameters=(AtlasParameters,),
     cost=Cost(3.0, 900.0, 8.0),

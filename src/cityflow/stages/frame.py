@@ -14,7 +14,7 @@ from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.parameters import Parameters
-from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
@@ -195,10 +195,12 @@ def _starts(city: City, ended: Node) -> Iterable[str]:
 STAGE = Stage(
     name=NAME,
     unit="tile of a local reference frame",
+    place=Place.FRAME_TILE,
     text="depth maps with their votes of one cluster of oblique views → tilted DSM, true oblique ortho, on the frame's own grid",
     needs=(_points,),
     task=task_by(recipe),
     draft=draft_by(recipe),
+    asked=lambda city, _: city.survey.source.kind == IMAGES,
     starts=_starts,
     parameters=(FrameParameters,),
     cost=Cost(10.0, 1500.0, 20.0),

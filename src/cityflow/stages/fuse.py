@@ -9,7 +9,7 @@ import numpy as np
 
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, grown
-from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
@@ -23,6 +23,7 @@ from cityflow.survey.city import City
 from cityflow.survey.depths import MATCH, DepthSources, depth_sources, flight_tiles_over, matches_over
 from cityflow.survey.recipe import Recipe, draft_by, task_by
 from cityflow.survey.results import Results
+from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "fuse"
@@ -115,6 +116,7 @@ def _depth_maps(city: City, name: str) -> Iterable[Node]:
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
+    place=Place.TILE,
     text=(
         "depth maps of the tile and its rim, compared with all that look there → votes for each depth of the tile; of those that no others look "
         "through, one surface at the images' resolution, with precision and colour"
@@ -122,6 +124,7 @@ STAGE = Stage(
     needs=(_depth_maps,),
     task=task_by(recipe),
     draft=draft_by(recipe),
+    asked=lambda city, _: city.survey.source.kind == IMAGES,
     parameters=(FuseParameters,),
     cost=Cost(10.0, 1500.0, 10.0),
 )

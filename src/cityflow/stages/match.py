@@ -13,7 +13,7 @@ from cityflow.core.ground_cells import GroundCells
 from cityflow.core.json_values import rounded
 from cityflow.core.pixels import ReducedPixels
 from cityflow.errors import CityflowError
-from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Limits, Outcome, Record, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
@@ -25,6 +25,7 @@ from cityflow.orientation.flight_plan import FlightTile
 from cityflow.survey.city import City
 from cityflow.survey.recipe import Recipe, draft_by, task_by
 from cityflow.survey.results import Results
+from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "match"
@@ -203,10 +204,12 @@ def _images(city: City, unit: str) -> Iterable[Node]:
 STAGE = Stage(
     name=NAME,
     unit="reference image",
+    place=Place.IMAGE,
     text="the reference image and its partners → depth map with precision, agreeing partners and colour, in a part for each ground tile",
     needs=(_images,),
     task=task_by(recipe),
     draft=draft_by(recipe),
+    asked=lambda city, _: city.survey.source.kind == IMAGES,
     parameters=(MatchParameters,),
     cost=Cost(60.0, 1500.0, 40.0),
     limits=Limits(10800, 6000),

@@ -11,7 +11,7 @@ from cityflow.core.arrays import Float32Array
 from cityflow.core.building import Status
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Bounds, Grid, grown
-from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
@@ -152,10 +152,12 @@ def _starts(city: City, ended: Node) -> Iterable[str]:
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
+    place=Place.TILE,
     text="DSM of the tile and its ring, images → true ortho",
     needs=(_surfaces_and_images,),
     task=task_by(recipe),
     draft=draft_by(recipe),
+    asked=lambda city, _: city.survey.source.kind == IMAGES,
     starts=_starts,
     parameters=(OrthoParameters,),
     cost=Cost(5.0, 1000.0, 20.0),

@@ -16,7 +16,7 @@ from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.splitting import FrameRasters, SplitEvidence, Splitting
 from cityflow.flow.json_writers import SHARED
-from cityflow.flow.stage import Cost, Node, Nodes, Stage
+from cityflow.flow.stage import Cost, Node, Nodes, Place, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
@@ -231,9 +231,11 @@ def _count(city: City) -> int | None:
 STAGE = Stage(
     name=NAME,
     unit="outline",
+    place=Place.OUTLINE,
     text="outline, orthos and surfaces of every look direction (or LiDAR) → cut lines, single units, principal directions",
     needs=(_rasters,),
     task=lambda city, name: task(city.survey, city.outlines[name]),
+    asked=lambda city, _: city.survey.splits,
     count=_count,
     parameters=(SplitParameters,),
     cost=Cost(0.5, 600.0, 0.01),

@@ -16,7 +16,7 @@ from cityflow.core.pixels import ArrayPixels
 from cityflow.core.texture import FaceKey
 from cityflow.errors import CatalogError
 from cityflow.flow.json_writers import SHARED
-from cityflow.flow.stage import Cost, Node, Nodes, Stage
+from cityflow.flow.stage import Cost, Node, Nodes, Place, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
@@ -37,9 +37,11 @@ from cityflow.survey.colours import colours_of
 from cityflow.survey.surface_source import ZARR
 from cityflow.survey.survey import Survey
 from cityflow.survey.texture_inputs import (
+    LONGEST_M,
     STAGE_TEXTURE,
     surfaces_around,
     texture_parameters,
+    tiles_around,
 )
 from cityflow.survey.texture_needs import TextureNeeds, texture_needs
 from cityflow.survey.unit_entry import UnitEntry
@@ -249,15 +251,28 @@ def _task(city: City, name: str) -> Task | None:
     )
 
 
+def _halo_m(city: City) -> float:
+    """How far from a building others may stand before it, by the widest of all settings."""
+    survey, usual = city.survey, city.survey.parameters.texture
+    settings = (survey.parameters_of(NAME, unit, usual) for stage, unit in survey.overrides if stage == NAME)
+    return max(p.around_m for p in (usual, *settings)) + LONGEST_M
+
+
 STAGE = Stage(
     name=NAME,
     unit="building",
+    place=Place.UNIT,
     text=(
         "hulls of the unit and of those around it, DSM, images that have it in their frame, given orthos → a patch for each face, raw and rectified, "
         "on an atlas of its own; of each texel, which image it is of"
     ),
     needs=(_models_surfaces_images,),
     task=_task,
+    asked=lambda city, _: city.survey.textures,
+    supplied=lambda city, name: city.survey.results.hull(name).path is not None,
+    sees=lambda city, name: tiles_around(city.survey, city.units[name]),
+    halo_m=_halo_m,
+    until_export=True,
     count=lambda city: city.count_units() if city.survey.textures else 0,
     parameters=(TextureParameters,),
     cost=Cost(3.0, 900.0, 2.0),

@@ -15,7 +15,7 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.building import Outline, OutlineEdge, Status
 from cityflow.core.edits import Edits
 from cityflow.core.splitting import Splitting
-from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
@@ -235,9 +235,11 @@ def _task(city: City, tile: str) -> Task:
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
+    place=Place.TILE,
     text="split outlines of the tile and those that touch them → its units, noded",
     needs=(_own_outlines, _outlines_beside, _splits_of_touching),
     task=_task,
+    asked=lambda city, _: city.survey.splits,
     count=lambda city: len(city.ring_of(city.tiles)) if city.survey.splits else 0,
     cost=Cost(0.2, 400.0, 0.1),
 )

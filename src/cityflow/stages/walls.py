@@ -8,7 +8,7 @@ from functools import partial
 
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, grown
-from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
@@ -20,6 +20,7 @@ from cityflow.survey.city import City
 from cityflow.survey.depths import CheckedSources, checked_over, checked_sources, flight_tiles_over
 from cityflow.survey.recipe import Recipe, draft_by, task_by
 from cityflow.survey.results import Results
+from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "walls"
@@ -84,10 +85,12 @@ def _points(city: City, name: str) -> Iterable[Node]:
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
+    place=Place.TILE,
     text="depth maps with their votes → points on façades, with the side that they are seen from",
     needs=(_points,),
     task=task_by(recipe),
     draft=draft_by(recipe),
+    asked=lambda city, _: city.survey.source.kind == IMAGES,
     parameters=(WallPointParameters,),
     cost=Cost(10.0, 1500.0, 2.0),
 )

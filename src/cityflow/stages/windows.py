@@ -13,7 +13,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Face, Polyhedron, Semantic
 from cityflow.core.openings import UnitOpenings
 from cityflow.core.texture import FaceKey, FacePlane
-from cityflow.flow.stage import Cost, Stage
+from cityflow.flow.stage import Cost, Place, Stage
 from cityflow.flow.task import Json, Outcome, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
@@ -103,9 +103,13 @@ def _rounded(value: Any) -> float | None:
 STAGE: Stage[City] = Stage(
     name=NAME,
     unit="building that photographs show",
+    place=Place.UNIT,
     text="rectified patches of its walls → windows and doors with a confidence, per wall their share, rows and the reason where nobody could look",
     needs=(lambda _, name: [("texture", name)],),
     task=lambda city, name: task(city, city.units[name]),
+    asked=lambda city, _: windows_are_wanted(city.survey),
+    supplied=lambda city, name: bool(city.survey.results.outputs_of("texture", name)),
+    until_export=True,
     count=lambda city: city.count_units() if windows_are_wanted(city.survey) else 0,
     parameters=(WindowParameters,),
     cost=Cost(0.5, 500.0, 0.05),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 
 from cityflow.core.building import Status
@@ -20,8 +20,6 @@ from cityflow.survey.unit_entry import UnitEntry
 from cityflow.survey.unit_index import UnitIndex
 
 INGEST, OUTLINE, SPLIT, UNITS, EXPORT = "ingest", "outline", "split", "units", "export"
-LAST_FOR_EXPORT = ("texture", "windows")
-"""What these leave of a unit is asked for by no task after the export of its tile."""
 OUTLINES = "outlines"
 """Unit of the stage ``ingest`` that reads given outlines."""
 
@@ -35,6 +33,7 @@ class City:
     area : only these units, and what they need
     overrides : (stage, unit) → tree of values laid over the stage's parameters
     plans : where flight plans are kept
+    until_export : stages whose results of a unit no task asks for after the export of its tile
 
     Attributes
     ----------
@@ -52,9 +51,11 @@ class City:
         area: Area = EVERYWHERE,
         overrides: Mapping[Node, Mapping[str, Json]] | None = None,
         plans: Plans | None = None,
+        until_export: Sequence[str] = (),
     ) -> None:
         self.survey = Survey(catalog, parameters, overrides or {}, plans)
         self.area = area
+        self._until_export = until_export
         self.units: dict[str, UnitEntry] = {}
         self.units_of: dict[str, UnitIndex] = {}
         self.chosen: dict[str, list[str]] = {}
@@ -99,7 +100,7 @@ class City:
             if record.stage == UNITS:
                 self._forget_outlines(record.unit, found)
         elif record.stage == EXPORT:
-            for stage in LAST_FOR_EXPORT:
+            for stage in self._until_export:
                 self.survey.results.forget(stage, self.chosen.get(record.unit, ()))
 
     def _tiles_touching(self, tile: str, entries: Iterable[UnitEntry]) -> set[str]:
@@ -141,6 +142,10 @@ class City:
     def tiles_at(self, turn: Node) -> list[str]:
         """The tile whose turn it is to begin, if it is one's."""
         return [turn[1]] if not turn[0] and turn[1] in self.tile_names else []
+
+    def exports(self, name: str) -> bool:
+        """Whether a tile is exported; true of what is no tile (a district, the city)."""
+        return name in self.tile_names or name not in self.survey.lattice.tiles
 
     @cached_property
     def districts(self) -> Districts:

@@ -10,12 +10,12 @@ from cityflow.core.building import Status
 from cityflow.core.grid import Bounds
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.row import Row
-from cityflow.flow.stage import Node
-from cityflow.pipeline.city_part import PARTS, Chosen
-from cityflow.survey.city import EXPORT, OUTLINE, SPLIT, UNITS, City
-from cityflow.survey.texture_inputs import windows_are_wanted
+from cityflow.flow.stage import Node, Place
+from cityflow.pipeline.city_part import Chosen, may_begin_with
+from cityflow.pipeline.pipeline import STAGES
+from cityflow.stages import reconstruct
+from cityflow.survey.city import OUTLINE, City
 
-ATLAS, RECONSTRUCT, TEXTURE, WINDOWS = "atlas", "reconstruct", "texture", "windows"
 OF_SURFACES = "surface "
 """Begin of the names of the inputs that tell which tiles a unit stands on."""
 
@@ -42,13 +42,13 @@ def part_of(city: City, ledger: Ledger, selection: Selection) -> Chosen | None:
     stands beyond the area of interest: its neighbours inside tell whether it is asked for. Units of an earlier request are left out.
     """
     found = {(stage, unit) for stage, unit in _recorded(ledger, selection) if _is_asked(city, stage, unit)}
-    if not found or any(stage not in PARTS for stage, _ in found):
+    if not found or not all(may_begin_with(stage) for stage, _ in found):
         return None
     places: dict[str, list[Bounds]] = defaultdict(list)
     nodes, known = set[Node](), _Known(city, ledger)
     for stage, unit in found:
-        tile = _tile_in(city, unit) if stage in (ATLAS, EXPORT, UNITS) else None
-        if stage in (EXPORT, UNITS, ATLAS):
+        if STAGES[stage].place in (Place.TILE, Place.ATLAS_CELL):
+            tile = _tile_in(city, unit)
             if tile is not None and tile not in city.tile_names:
                 return None
             if tile is not None:
@@ -78,13 +78,8 @@ def _recorded(ledger: Ledger, selection: Selection) -> Iterator[Node]:
 
 
 def _is_asked(city: City, stage: str, unit: str) -> bool:
-    """Whether the run has such a task today: a record may be of an earlier request, for textures or for a larger area."""
-    if stage in (SPLIT, UNITS):
-        return city.survey.splits
-    if stage == WINDOWS:
-        return windows_are_wanted(city.survey)
-    tile = _tile_in(city, unit) if stage in (EXPORT, ATLAS) else None
-    return (city.survey.textures or stage not in (TEXTURE, ATLAS)) and (tile is None or tile in city.tile_names)
+    """Whether the run has such a task today: a record may be of an earlier request, for textures or for a larger area, or of another program."""
+    return stage in STAGES and STAGES[stage].asked(city, unit)
 
 
 def _tile_in(city: City, unit: str) -> str | None:
@@ -101,8 +96,8 @@ class _Known:
 
     def place_of(self, stage: str, unit: str) -> tuple[str, Bounds] | tuple[()] | None:
         """The tile that owns a unit, and its bounds; nothing where no tile around owns it any more; None where that cannot be told here."""
-        naming = OUTLINE if stage == SPLIT else self.city.unit_stage
-        on = self._stands_on(stage, unit) or self._stands_on(RECONSTRUCT, unit)
+        naming = OUTLINE if STAGES[stage].place is Place.OUTLINE else self.city.unit_stage
+        on = self._stands_on(stage, unit) or self._stands_on(reconstruct.NAME, unit)
         if not on:
             return None
         for tile in self.city.ring_of(t for t in on if t in self.city.survey.lattice.tiles):

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 from rich.console import Console
@@ -32,6 +33,9 @@ from cityflow.viewer.candidate_view import DrawnCandidate, draw_candidates
 from cityflow.workflow.printed import print_json
 from cityflow.workflow.unit_words import lines_of_building, lines_of_task, plain, words
 from cityflow.workflow.verdict_words import verdict_of
+
+WIDTH = 150
+"""Characters of a line of text."""
 
 
 def print_explanation(
@@ -156,6 +160,8 @@ def _made(attempts: list[Record], overrides: Mapping[str, object], root: str, ev
     """Attempts, parameters, inputs and outputs of a task, and the traceback where there is one."""
     newest = attempts[-1]
     yield f"{newest.stage}, version {newest.version}"
+    if newest.stage in STAGES:
+        yield from wrap(STAGES[newest.stage].text, WIDTH, initial_indent="  ", subsequent_indent="  ")
     for r in attempts:
         took = f"{r.seconds:.2f} s, {r.peak_mb:.0f} MB"
         yield f"  attempt {r.attempt}: {r.status}, {took}, begun {r.started[:19].replace('T', ' ')} UTC by {r.worker}, digest {r.digest[:16]}"

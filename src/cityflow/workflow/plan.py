@@ -18,7 +18,7 @@ from cityflow.flow.stage import Cost
 from cityflow.flow.state import State
 from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.pipeline.city_source import CitySource
-from cityflow.pipeline.pipeline import in_flow_order
+from cityflow.pipeline.pipeline import STAGES, in_flow_order
 from cityflow.reporting.poses_words import lines_before
 from cityflow.runs.differences import why
 from cityflow.runs.prepare import prepared
@@ -141,6 +141,9 @@ def print_plan(
         f"Expected with {plan.workers} workers: {duration(plan.seconds)}; {plan.memory_mb:,.0f} MB of memory a worker; {plan.disk_mb:,.0f} MB of disk",
         markup=False, soft_wrap=True,
     )  # fmt: skip
+    for stage, p in plan.stages.items():
+        if p.to_run or not p.is_known:
+            console.print(f"{stage} ({STAGES[stage].unit}): {STAGES[stage].text}", markup=False, soft_wrap=True)
     if plan.unknown:
         console.print(
             f"Not counted: {', '.join(plan.unknown)}. Their number of tasks depends on the outlines.", markup=False, soft_wrap=True
@@ -149,7 +152,8 @@ def print_plan(
 
 def _tree(plan: Plan) -> dict[str, object]:
     stages = [
-        {"stage": stage, "total": p.total if p.is_known else None, "done": p.done, "to_run": p.to_run if p.is_known else None,
+        {"stage": stage, "task_for": STAGES[stage].unit, "makes": STAGES[stage].text,
+         "total": p.total if p.is_known else None, "done": p.done, "to_run": p.to_run if p.is_known else None,
          "reasons": dict(p.reasons), "seconds_a_task": plan.costs[stage].seconds}
         for stage, p in plan.stages.items()
     ]  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Any
 
 from cityflow.core.building import Building, Lod, Status
 from cityflow.core.grid import Bounds
-from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
@@ -27,7 +27,7 @@ from cityflow.io.export_formats.formats import written
 from cityflow.io.export_formats.tile import CityTile
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
 from cityflow.stages.export import merge
-from cityflow.stages.export.metadata_inputs import said_inputs
+from cityflow.stages.export.metadata_inputs import metadata_inputs
 from cityflow.stages.export.table import table_of, table_path
 from cityflow.stages.export.terrain import Draped, DrapeInputs, drape, plans_of, terrain_of
 from cityflow.stages.export.textured_faces import texture_sets, with_texture_figures
@@ -96,20 +96,20 @@ def task(
     bare = {u: why for u in sorted(own) if (why := survey.results.failure_of("texture", u))}
     opened = _windows(survey, own)
     unseen = {u: why for u in sorted(own) if (why := survey.results.failure_of("windows", u))}
-    said = survey.product_metadata(survey.lattice.tiles[name].bounds)
+    metadata = survey.product_metadata(survey.lattice.tiles[name].bounds)
     others = _others(survey, name, pages)
     table = len(survey.lattice.tiles) > survey.parameters.export.join_up_to_tiles
     own_ortho = survey.lattice.product_grid if survey.reads_own_orthos else None
-    orthos = DrapeInputs(own_ortho, survey.ortho_inputs, said.crs, survey.images.white)
+    orthos = DrapeInputs(own_ortho, survey.ortho_inputs, metadata.crs, survey.images.white)
     return Task(
         NAME, name, "cityflow.stages.export:run", VERSION,
         parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.export)),
-        inputs={**hulls, **lines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), **said_inputs(survey, said),
+        inputs={**hulls, **lines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), **metadata_inputs(survey, metadata),
                 "others": digest_of(others), **({"parent": parent} if parent != COLLECTION else {}), **({"table": "units"} if table else {}),
                 **{what: digest_of(why) for what, why in (("without textures", bare), ("without windows", unseen)) if why},
                 **{f"windows {u}": digest for u, (_, digest) in opened.items()}},
         arguments=as_json(ExportInputs(
-            survey.lattice.tiles[name].bounds, survey.lattice.bounds, survey.surfaces, said, tuple(sorted(own)),
+            survey.lattice.tiles[name].bounds, survey.lattice.bounds, survey.surfaces, metadata, tuple(sorted(own)),
             {u: survey.results.hull(u) for u in sorted(u.id for u in units)},
             tuple(outlines), survey.textures, tuple(p for outputs in pages.values() for p in outputs if p.endswith(ATLAS_CELL)), bare,
             {u: path for u, (path, _) in opened.items()}, unseen, orthos, others, parent, table,
@@ -286,12 +286,14 @@ def _task(city: City, unit: str) -> Task:
 STAGE = Stage(
     name=NAME,
     unit="ground tile; merges of up to 64: districts, the city",
+    place=Place.TILE,
     text=(
         "hulls of the tile and of their neighbours, pages of its atlas cells, windows of its units → party walls; CityJSON, CityGML, OBJ, 3D Tiles; "
         "terrain; STAC item; summary. Summaries → trees of tilesets, rasters and catalogs"
     ),
     needs=(_parts, _units_of_ring, _units_beside, _what_it_shows),
     task=_task,
+    asked=lambda city, name: city.exports(name),
     starts=lambda _, ended: [ended[1]] if ended[1] and not ended[0] else (),
     count=lambda city: len(city.tiles) + len(city.districts.parts),
     parameters=(ExportParameters,),

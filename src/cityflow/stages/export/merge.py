@@ -23,7 +23,7 @@ from cityflow.io.globe import globe_of
 from cityflow.io.rasters.raster import write_vrt
 from cityflow.stages.export.items import PRODUCTS, item_of, source_of
 from cityflow.stages.export.joined_products import JoinInputs, Refused, write_joined
-from cityflow.stages.export.metadata_inputs import said_inputs
+from cityflow.stages.export.metadata_inputs import metadata_inputs
 from cityflow.stages.export.table import index_of, index_path, refused_index, table_path
 from cityflow.survey.city import EXPORT as NAME
 from cityflow.survey.city import City
@@ -85,7 +85,7 @@ def task(city: City, unit: str) -> Task:
         parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.export)),
         inputs={
             **{f"part {name}": digest for name, (_, digest) in parts.items()},
-            "rasters": digest_of([rasters, cell_m, *survey.ortho_kind]), **said_inputs(survey, metadata),
+            "rasters": digest_of([rasters, cell_m, *survey.ortho_kind]), **metadata_inputs(survey, metadata),
             **({"bounds": digest_of(survey.lattice.bounds)} if unit == CITY else {}),
             **{what: digest for what, digest in (("tables", digest_of(tables) if tables else ""), ("once", once)) if digest},
             **({"parent": parent} if parent != COLLECTION else {}),

@@ -14,13 +14,13 @@ from cityflow.io.globe import globe_of
 from cityflow.survey.survey import Survey
 
 
-def said_inputs(survey: Survey, said: ProductMetadata) -> dict[str, str]:
+def metadata_inputs(survey: Survey, metadata: ProductMetadata) -> dict[str, str]:
     """What a product says of its survey, and the way from its CRS to the globe, none of a local frame.
 
     PROJ chooses that way by the bounds of the survey: where these grow, it nearly always stays.
     """
     digest = _digest(survey.catalog.reference.code, survey.lattice.bounds)
-    return {"said": digest_of(as_json(said)), **({"globe": digest} if digest else {})}
+    return {"said": digest_of(as_json(metadata)), **({"globe": digest} if digest else {})}
 
 
 @lru_cache(maxsize=8)

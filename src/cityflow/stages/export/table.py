@@ -50,8 +50,8 @@ def refused_index(reasons: Mapping[str, str], shapes: Mapping[str, BaseGeometry]
 
 def _row(tile: str, outline: Outline, row: Mapping[str, Any]) -> dict[str, Scalar]:
     attributes = row["attributes"]
-    said = {} if attributes is None else unit_layer([unit_of(outline, row)]).rows[0]
+    shown = {} if attributes is None else unit_layer([unit_of(outline, row)]).rows[0]
     own = {"id": outline.id, "tile": tile, "status": row["status"], "reason": row["reason"]}
     verdict = (attributes or {}).get("verdict")
-    others = {f"source_{k}" if k in own else k: v for k, v in said.items() if k not in ("id", "verdict")}
+    others = {f"source_{k}" if k in own else k: v for k, v in shown.items() if k not in ("id", "verdict")}
     return {**own, "verdict": verdict, **others}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from cityflow.flow.stage import START, Cost, Node, Stage
+from cityflow.flow.stage import START, Cost, Node, Place, Stage
 from cityflow.flow.task import Limits, Outcome, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
@@ -92,6 +92,7 @@ def _task(city: City, name: str) -> Task:
 STAGE = Stage(
     name=NAME,
     unit="LiDAR file; image; camera with calibration frames; the outlines' file; the outlines dealt to a ground tile",
+    place=Place.FILE,
     text=(
         "points, streamed once → one LAZ piece per index cell that the file touches. Images, decoded once, raw frames corrected → tiled TIFF with a "
         "pyramid. Outlines → cleaned and named, their chains of neighbours dealt out to tiles; chains → noded, handed to the tiles that own them; how "

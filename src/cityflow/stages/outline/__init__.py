@@ -10,7 +10,7 @@ import numpy as np
 from cityflow.core.building import Outline, Status
 from cityflow.core.edits import edits_digest
 from cityflow.core.grid import Tile
-from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Outcome, Task
 from cityflow.flow.typed import TaskInputs, as_json
@@ -277,6 +277,7 @@ def _seen(store: Store, given: FoundInputs, outlines: Sequence[Outline], surface
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
+    place=Place.TILE,
     text=(
         "noded given outlines, or nDSM, classes and façades → found ones; a laser's points around them. Walls move in from rims of roofs where façades are "
         "known inside. Outlines of the tile: those whose representative point it holds"

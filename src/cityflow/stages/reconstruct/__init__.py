@@ -12,7 +12,7 @@ from cityflow.core.grid import grown
 from cityflow.core.json_values import finite
 from cityflow.core.reconstruction import Evidence
 from cityflow.errors import RefusedUnit
-from cityflow.flow.stage import Cost, Node, Nodes, Stage
+from cityflow.flow.stage import Cost, Node, Nodes, Place, Stage
 from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
@@ -188,6 +188,7 @@ def _task(city: City, name: str) -> Task:
 STAGE = Stage(
     name=NAME,
     unit="building",
+    place=Place.UNIT,
     text="outline, points, façades, DSM and DTM, orthos → hull at LoD 1.2, 1.3, 2.2 with its measures and overhangs; every candidate with its scores",
     needs=(_evidence,),
     task=_task,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid, grown
-from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
@@ -149,6 +149,7 @@ def _sources(city: City, name: str) -> Iterable[Node]:
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
+    place=Place.TILE,
     text=(
         "points of the tile and its halo (LiDAR), or what is fused of it and around it (images), or a given DSM → the tile's chunk of DSM, DTM, nDSM, "
         "classes, count, hole mask; classified points"
