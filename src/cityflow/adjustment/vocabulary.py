@@ -41,7 +41,7 @@ def word_counts(descriptors: np.ndarray, words: np.ndarray) -> IntArray:
     return np.bincount(_nearest(descriptors, words), minlength=len(words)) if len(words) else np.zeros(0, np.int64)
 
 
-def likeness(counts: IntArray) -> FloatArray:
+def similarity(counts: IntArray) -> FloatArray:
     """(N, N) cosines between images' weighted words, 0 to 1; 0 on the diagonal.
 
     Parameters

@@ -13,15 +13,20 @@ from cityflow.core.parameters import Parameters
 from cityflow.orientation.tie_pairs import PairParameters
 
 
-class OrientParameters(Parameters):
-    """How poses are refined."""
+class TieParameters(Parameters):
+    """How matches of pairs are found."""
 
-    features: FeatureParameters = FeatureParameters()
-    pairs: PairParameters = PairParameters()
     matching: MatchingParameters = MatchingParameters()
     bound_px: float = Field(
         12.0, gt=0.5, le=500, description="a match lies this near to where the given poses have it, pixels"
     )
+
+
+class OrientParameters(TieParameters):
+    """How poses are refined."""
+
+    features: FeatureParameters = FeatureParameters()
+    pairs: PairParameters = PairParameters()
     adjustment: AdjustmentParameters = AdjustmentParameters()
 
 

@@ -36,7 +36,7 @@ from cityflow.io.images.image_tiles import tile_image
 from cityflow.io.images.tiled_images import check_size, image_header, open_image
 from cityflow.orientation.tie_pairs import tie_pairs
 from cityflow.orientation.views import View
-from cityflow.survey.orient_parameters import OrientParameters
+from cityflow.survey.orient_parameters import OrientParameters, TieParameters
 
 FEATURES, TIES, ADJUST = "features", "ties", "adjust"
 STAGES = (FEATURES, TIES, ADJUST)
@@ -145,10 +145,10 @@ class OrientSource:
     def _ties(self, name: str) -> Task:
         names = [n for n in (name, *self.partners[name]) if self._has_features(n)]
         images = tuple(self._tie_image(n) for n in names) if self._has_features(name) else ()
-        asked = self.parameters
+        asked = TieParameters(matching=self.parameters.matching, bound_px=self.parameters.bound_px)
         return Task(
             TIES, name, "cityflow.stages.orient:run_ties", VERSION,
-            parameters={"matching": as_json(asked.matching), "bound_px": asked.bound_px},
+            parameters=as_json(asked),
             inputs={f"image {n}": self._digest(n) for n in names}, arguments=as_json(TieInputs(images)), limits=ONE_IMAGE,
         )  # fmt: skip
 
@@ -217,15 +217,15 @@ def run_features(workspace: Workspace, task: Task) -> Outcome:
 
 def run_ties(workspace: Workspace, task: Task) -> Outcome:
     """Matches of one image with its partners that agree with one relative orientation."""
-    given, bound = task.arguments_as(TieInputs), float(task.parameters["bound_px"])
-    parameters = MatchingParameters.model_validate(task.parameters["matching"])
+    given, parameters = task.arguments_as(TieInputs), task.parameters_as(TieParameters)
+    bound = parameters.bound_px
     agreed, found = {}, 0
     features = [decode_features(workspace.read(each.features)) for each in given.images]
     for other, theirs in list(zip(given.images, features, strict=True))[1:]:
         one = given.images[0]
         heights = min(one.heights[0], other.heights[0]), max(one.heights[1], other.heights[1])
         pair = one.image, other.image
-        matches = guided_matches(pair, (features[0], theirs), heights, bound, parameters)
+        matches = guided_matches(pair, (features[0], theirs), heights, bound, parameters.matching)
         good = agreeing(pair, (features[0].uv[matches[:, 0]], theirs.uv[matches[:, 1]]), bound)
         found += len(matches)
         if good.sum() >= max(LEAST_TIES, LEAST_SHARE * len(matches)):

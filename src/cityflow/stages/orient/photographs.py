@@ -15,7 +15,7 @@ from cityflow.adjustment.descriptor_matching import MatchingParameters, mutual_m
 from cityflow.adjustment.features import FeatureParameters
 from cityflow.adjustment.mapping import MappingInput, mapped
 from cityflow.adjustment.pair_geometry import pair_geometry, pycolmap_camera
-from cityflow.adjustment.vocabulary import likeness, sampled, vocabulary, word_counts
+from cityflow.adjustment.vocabulary import sampled, similarity, vocabulary, word_counts
 from cityflow.core.building import Status
 from cityflow.core.camera import Camera
 from cityflow.core.json_values import rounded
@@ -37,16 +37,21 @@ PAIRS_FILE, MATCHES_FILE, MODELS_FILE = "pairs.json", "matches.bin", "models.bin
 WHOLE_SURVEY = Limits(time_s=24 * 3600, memory_mb=16000)
 
 
-class PhotoParameters(Parameters):
+class MapParameters(Parameters):
+    """How all are mapped."""
+
+    calibration: Literal["radial", "full"] = Field(
+        "radial",
+        description="of each camera: focal length and two radial terms; or also principal point and decentring",
+    )
+
+
+class PhotoParameters(MapParameters):
     """How photographs without poses are oriented."""
 
     features: FeatureParameters = FeatureParameters()
     pairs: PhotoPairParameters = PhotoPairParameters()
     matching: MatchingParameters = MatchingParameters()
-    calibration: Literal["radial", "full"] = Field(
-        "radial",
-        description="of each camera: focal length and two radial terms; or also principal point and decentring",
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +179,7 @@ class PhotoSource:
         paths = tuple(next(iter(r.outputs)) for r in done.values())
         return Task(
             MAP, BLOCK, "cityflow.stages.orient.photographs:run_map", VERSION,
-            parameters={"calibration": self.parameters.calibration},
+            parameters=as_json(MapParameters(calibration=self.parameters.calibration)),
             inputs={
                 **{f"photograph {n}": self._digest(n) for n in names},
                 **{f"matches {n}": digest_of(list(r.outputs.values())) for n, r in done.items()},
@@ -213,12 +218,12 @@ def run_pairs(workspace: Workspace, task: Task) -> Outcome:
     given = task.arguments_as(PairInputs)
     count = len(given.photos)
     if count < 2:
-        raise CatalogError("fewer than two photographs can be used", remedy="see what is said of the others")
+        raise CatalogError("fewer than two photographs can be used", remedy="see what is reported of the others")
     sample = [sampled(unit_descriptors(decode_features(workspace.read(p))), count) for p in given.features]
     words = vocabulary(np.concatenate(sample))
     counts = [word_counts(unit_descriptors(decode_features(workspace.read(p))), words) for p in given.features]
     places = np.array([p.place or (np.nan,) * 3 for p in given.photos], np.float64)
-    pairs = photo_pairs(likeness(np.array(counts)), places, task.parameters_as(PhotoPairParameters))
+    pairs = photo_pairs(similarity(np.array(counts)), places, task.parameters_as(PhotoPairParameters))
     partners: dict[str, list[str]] = {}
     for one, other in pairs:
         partners.setdefault(given.photos[one].name, []).append(given.photos[other].name)
@@ -263,7 +268,7 @@ def run_map(workspace: Workspace, task: Task) -> Outcome:
     points = [decode_features(workspace.read(path)).uv for path in given.features]
     found = mapped(
         MappingInput([c.start for c in given.cameras], [p.camera for p in given.photos], points, pairs),
-        str(task.parameters["calibration"]),
+        task.parameters_as(MapParameters).calibration,
     )
     if found.failures and not found.models:
         raise CatalogError("; ".join(found.failures), remedy="try fewer photographs, or give the machine more memory")
