@@ -189,7 +189,7 @@ def test_a_large_city_has_the_same_page_made_tile_by_tile(made: town.Made, tmp_p
     whole, small = (
         json.loads((root / "view/data/city.json").read_text()) for root in (tmp_path / "run", Path(run.store.root))
     )
-    same = ("verdict", "counts", "verdicts", "bounds", "heights", "layers", "notes", "said", "state")
+    same = ("verdict", "counts", "verdicts", "bounds", "heights", "layers", "notes", "layer_notes", "state")
     assert {key: whole[key] for key in same} == {key: small[key] for key in same}
 
 

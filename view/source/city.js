@@ -154,12 +154,12 @@ export class City {
     for (const hit of hits) {
       const model = this.models.get(rootOf(hit.object, this.models));
       if (!model || !(part ? model.part === part : model.scene.visible)) continue;
-      return { place: hit.point, part: model.part, ...this.#said(model, hit) };
+      return { place: hit.point, part: model.part, ...this.#described(model, hit) };
     }
     return null;
   }
 
-  #said(model, hit) {
+  #described(model, hit) {
     const rows = hit.object.geometry.attributes._feature_id_0;
     if (!rows || !model.tables) return { unit: null, surface: null };
     const face = hit.object.geometry.attributes._feature_id_1.getX(hit.face.a);

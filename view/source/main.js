@@ -104,8 +104,8 @@ function stageOrNull() {
 
 /** How the run is named on the command line of whoever serves the page, RUN where nobody says; and where other cities are. */
 async function servedRun() {
-  const said = await json('served.json').catch(() => null);
-  return { run: said?.run ?? 'RUN', cities: said?.cities ?? null };
+  const served = await json('served.json').catch(() => null);
+  return { run: served?.run ?? 'RUN', cities: served?.cities ?? null };
 }
 
 function head(about, { cities }) {
@@ -159,7 +159,7 @@ async function overlay(page, name, isShown) {
   say(isShown ? 'Loading …' : '');
   drawLayerLegend(name, isShown, page);
   await page.layers.show(name, isShown);
-  say(isShown ? page.about.said[name] ?? '' : '');
+  say(isShown ? page.about.layer_notes[name] ?? '' : '');
 }
 
 function textures(page, choice) {

@@ -8,11 +8,11 @@ export class TablesPlugin {
   }
 
   async afterRoot({ scene }) {
-    const said = this.parser.json.extensions?.[this.name];
-    if (!said) return;
-    const [building, surface] = ['building', 'surface'].map((kind) => said.propertyTables.find((t) => t.class === kind));
+    const extension = this.parser.json.extensions?.[this.name];
+    if (!extension) return;
+    const [building, surface] = ['building', 'surface'].map((kind) => extension.propertyTables.find((t) => t.class === kind));
     if (!building || !surface) return;
-    const words = said.schema.enums?.type?.values ?? [];
+    const words = extension.schema.enums?.type?.values ?? [];
     scene.userData.tables = {
       ids: await this.#texts(building, 'id'),
       types: new Uint8Array(await this.#view(surface.properties.type.values)),

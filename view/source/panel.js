@@ -46,7 +46,7 @@ export class Panel {
     }
     const ofTile = await json(`data/units/${encodeURIComponent(unit.tile || '_')}.json`).catch(() => ({}));
     const known = ofTile[id] ?? { reason: 'What is known of this building cannot be read: its file is missing or damaged.' };
-    const images = known.leaf ? await json(`data/images/${encodeURIComponent(known.leaf)}.json`).catch(() => ({})) : {};
+    const images = known.atlas_cell ? await json(`data/images/${encodeURIComponent(known.atlas_cell)}.json`).catch(() => ({})) : {};
     if (this.asked !== id) return;
     const parts = [this.#head(unit, known, surface), this.#command(id, unit), this.#quality(unit, known), candidates(unit, known), sources(known, images[id]), attributes(known)];
     body.replaceChildren(...parts.filter(Boolean));
@@ -120,8 +120,8 @@ function sources(known, images) {
   const seen = (images ?? []).filter(([, share]) => share >= LEAST_SHARE);
   const rest = (images ?? []).length - seen.length;
   const rows = [...seen.map(([name, share]) => [name, percent(share)]), ...(rest ? [[`${rest} more`, `less than ${percent(LEAST_SHARE)} each`]] : [])];
-  const said = `${percent(known.texture.textured_share)} of ${known.texture.area_m2.toLocaleString('en', { maximumFractionDigits: 0 })} m² have a texture. ${known.texture.candidates} images have the building in their frame, ${known.texture.seen} see it.`;
-  return section('Images of its texture', element('div', {}, element('p', { class: 'muted' }, said), rows.length ? list(rows) : ''), true);
+  const share = `${percent(known.texture.textured_share)} of ${known.texture.area_m2.toLocaleString('en', { maximumFractionDigits: 0 })} m² have a texture. ${known.texture.candidates} images have the building in their frame, ${known.texture.seen} see it.`;
+  return section('Images of its texture', element('div', {}, element('p', { class: 'muted' }, share), rows.length ? list(rows) : ''), true);
 }
 
 function attributes(known) {

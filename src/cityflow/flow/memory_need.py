@@ -35,14 +35,14 @@ class MemoryNeeds:
 
     def of(self, task: Task) -> float:
         """MB; never above the limit of the task."""
-        said = min(self._usual_mb.get(task.stage, task.limits.memory_mb), task.limits.memory_mb)
+        usual = min(self._usual_mb.get(task.stage, task.limits.memory_mb), task.limits.memory_mb)
         seen, size = self._seen.get(_kind(task)), _size(task)
         if not seen:
-            return said
+            return usual
         near = size if size in seen else max((s for s in seen if s < size), default=min(seen))
-        found = _quantile(seen[near], said if near == size else 0.0)
+        found = _quantile(seen[near], usual if near == size else 0.0)
         if near < size:
-            found = max(said, found * 2.0 ** (size - near))
+            found = max(usual, found * 2.0 ** (size - near))
         return min(found, task.limits.memory_mb)
 
     def learn(self, task: Task, peak_mb: float) -> None:
@@ -64,10 +64,10 @@ def _step(mb: float) -> int:
     return math.ceil(math.log(mb, STEP))
 
 
-def _quantile(seen: Mapping[int, int], said: float) -> float:
+def _quantile(seen: Mapping[int, int], usual: float) -> float:
     counts = Counter(seen)
-    if said:
-        counts[_step(said)] += 1
+    if usual:
+        counts[_step(usual)] += 1
     beyond = (1 - QUIET) * counts.total()
     for step in sorted(counts, reverse=True):
         beyond -= counts[step]

@@ -44,8 +44,8 @@ def offers_of(client: Client) -> Offers | None:
     workers: list[dict[str, Any]] = list(client.scheduler_info(n_workers=-1)["workers"].values())
     if not workers:
         return None
-    said = [float(w.get("resources", {}).get(RESOURCE, 0.0)) / MB for w in workers]
-    return Offers(min(said), max(said), all(w["nthreads"] == 1 for w in workers))
+    offered = [float(w.get("resources", {}).get(RESOURCE, 0.0)) / MB for w in workers]
+    return Offers(min(offered), max(offered), all(w["nthreads"] == 1 for w in workers))
 
 
 def resources(asked_mb: float) -> dict[str, Any] | None:

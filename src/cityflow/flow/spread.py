@@ -142,7 +142,7 @@ class _Tasks:
             return
         keys = [f"{self._token}-{number}{more}" for number, _ in jobs]
         self._running.update(zip(keys, jobs, strict=True))
-        function = partial(_said, self._function)
+        function = partial(_answered, self._function)
         self._completed.update(self._client.map(function, [v for _, v in jobs], key=keys, pure=False, retries=0))
 
     def _ended(self) -> list[tuple[int, Any, Any]]:
@@ -155,7 +155,7 @@ class _Tasks:
         return [(*self._running.pop(future.key), self._answered(result)) for future, result in found]
 
     def _answered(self, result: Any) -> Any:
-        if isinstance(result, _Said):
+        if isinstance(result, _Answered):
             return result.answer
         # Dask hands on what a task raised with its kind and trace; a lost connection as what it is
         error = result[1] if isinstance(result, tuple) else result
@@ -167,11 +167,11 @@ class _Tasks:
 
 
 @dataclass(frozen=True, slots=True)
-class _Said:
+class _Answered:
     """What a task gave, to be told from what Dask says of it."""
 
     answer: Any
 
 
-def _said(function: Callable[[T], R], value: T) -> _Said:
-    return _Said(_answer(function, value))
+def _answered(function: Callable[[T], R], value: T) -> _Answered:
+    return _Answered(_answer(function, value))

@@ -72,10 +72,10 @@ def decode_summary(data: bytes, path: str) -> Summary:
 def worst_of(tile: str, rows: Mapping[str, Mapping[str, Any]]) -> tuple[Worst, ...]:
     """Of the units of a tile; those without a model are not among them, since records name them."""
     found = [
-        Worst(unit, tile, said[VERDICT_KEY] == Verdict.POOR, float(said.get(PROBABILITY_KEY) or 0.0), float(said.get("rmse") or 0.0))
+        Worst(unit, tile, attributes[VERDICT_KEY] == Verdict.POOR, float(attributes.get(PROBABILITY_KEY) or 0.0), float(attributes.get("rmse") or 0.0))
         for unit, row in rows.items()
         if row["status"] in (Status.DONE, Status.DEGRADED)
-        and (said := row["attributes"] or {}).get(VERDICT_KEY) in (Verdict.LOOK, Verdict.POOR)
+        and (attributes := row["attributes"] or {}).get(VERDICT_KEY) in (Verdict.LOOK, Verdict.POOR)
     ]  # fmt: skip
     return first_of(found)
 

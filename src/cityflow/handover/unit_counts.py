@@ -23,7 +23,7 @@ def counts_of(rows: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, int]]:
     """What is counted → value → units with it, of rows of `handover.export_rows`; numbers are rounded (`rounded`)."""
     found = {name: Counter[str]() for name in (STATUS, VERDICT, REACHES, OVERHANGS, *TEXTS, *NUMBERS)}
     for row in rows:
-        for name, value in _said(row):
+        for name, value in _counted(row):
             found[name][value] += 1
     return {name: dict(sorted(numbers.items())) for name, numbers in found.items()}
 
@@ -38,7 +38,7 @@ def rounded(value: float) -> str:
     return f"{value:.{3 if size < 1 else 2 if size < 10 else 1}f}"
 
 
-def _said(row: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
+def _counted(row: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
     attributes: Mapping[str, Any] = row["attributes"] or {}
     yield STATUS, row["status"]
     if row["status"] != Status.REFUSED:

@@ -59,10 +59,10 @@ def near_steps(depth: Float32Array, radius: int, step: np.float32) -> BoolArray:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
-def _chosen(depth, grey, near, radius, step, likeness, inertia):  # type: ignore[no-untyped-def]
+def _chosen(depth, grey, near, radius, step, similarity, inertia):  # type: ignore[no-untyped-def]
     h, w = depth.shape
     out = depth.copy()
-    table = (np.exp(-0.5 * (np.arange(256) / likeness) ** 2) + 1e-3).astype(np.float32)
+    table = (np.exp(-0.5 * (np.arange(256) / similarity) ** 2) + 1e-3).astype(np.float32)
     edge = 2 * radius + 1
     size = edge * edge
     away = np.empty(size, np.float32)

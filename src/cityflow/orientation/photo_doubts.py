@@ -152,14 +152,14 @@ def _cameras(photos: Sequence[PhotoMetadata]) -> list[Doubt]:
     if not changes or len(changes) > 2 * len(counts):
         return []
     shown = ", ".join(
-        f"{by_time[i].name} ({_said(by_time[i])} after {_said(by_time[i - 1])})" for i in changes[:MOST_NAMED]
+        f"{by_time[i].name} ({_camera_of(by_time[i])} after {_camera_of(by_time[i - 1])})" for i in changes[:MOST_NAMED]
     )
     return [
         (SURVEY, f"the camera changes at {shown}", "each camera is calibrated by itself; check that it is one survey")
     ]
 
 
-def _said(photo: PhotoMetadata) -> str:
+def _camera_of(photo: PhotoMetadata) -> str:
     focal = f" {photo.focal_mm:g} mm" if photo.focal_mm else ""
     name = f"{photo.make} {photo.model}".strip() or "unknown camera"
     return f"{name}{f' no. {photo.serial}' if photo.serial else ''}{focal}, {photo.width} × {photo.height}"

@@ -41,13 +41,13 @@ class FormerState:
 
 
 def write_change_report(
-    run: Prepared, records: CurrentRecords, former: FormerState, said: ChangesPage, folder: str
+    run: Prepared, records: CurrentRecords, former: FormerState, page: ChangesPage, folder: str
 ) -> ChangesPage:
     """Compare with the former state and write all three.
 
     Parameters
     ----------
-    said : what the page says of surveys and failures;  folder : of the RUN, for the files
+    page : what the page says of surveys and failures;  folder : of the RUN, for the files
     """
     parameters = run.workflow.city.changes
     states, same = {row.id: _state(row) for row in former.rows()}, set[str]()
@@ -69,7 +69,7 @@ def write_change_report(
         for k, c in enumerate(changes.found)
     )
     page = replace(
-        said, rows=shown, compared=changes.compared, untouched=len(same), without_model=changes.without_model, offset_m=changes.offset_m,
+        page, rows=shown, compared=changes.compared, untouched=len(same), without_model=changes.without_model, offset_m=changes.offset_m,
         scatter_m=changes.scatter_m, rules=_rules(parameters), unclear=tuple(sorted(_name(p) for p, skip in zip(every, is_unclear, strict=True) if skip)),
     )  # fmt: skip
     run.store.write_bytes(f"{folder}/{LAYER}", write_geopackage([_layer(changes, shown)], run.catalog.reference))

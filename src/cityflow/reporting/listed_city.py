@@ -143,7 +143,7 @@ def rows_of_units(run: Prepared, records: CurrentRecords, wanted: Mapping[str, s
             for s in decode_all(run.store.read_bytes(path))
         }
         left = [p for p in exported[tile].outputs if p.endswith(f"/{ROWS}")] if tile in exported else []
-        said = read_rows(run.store, left)
+        rows = read_rows(run.store, left)
         for record in records.some(reconstruct.NAME, ids):
             rings = rings_of(standings[record.unit].outline.polygon)
-            yield unit_row(record, tile, rings, said.get(record.unit, {}))
+            yield unit_row(record, tile, rings, rows.get(record.unit, {}))

@@ -96,11 +96,11 @@ class _View:
         sets = yield from self._tilesets()
         rows = self._rows()
         pages = frozenset(self.run.store.find(REPORT_PAGES))
-        said = yield from ViewTiles(self.run.store, self.records, rows, self.frame, atlas_cell_of, pages).files(
+        entries = yield from ViewTiles(self.run.store, self.records, rows, self.frame, atlas_cell_of, pages).files(
             self.kept
         )
         yield MADE, json_bytes(self.kept.note())
-        yield CITY, json_bytes(self._city(tiles, sets, said, rows.ids.keys() - {NO_TILE}))
+        yield CITY, json_bytes(self._city(tiles, sets, entries, rows.ids.keys() - {NO_TILE}))
         attribution = "; ".join(s.attribution for s in self.data.sources if s.attribution)
         yield from page_files(self.data.title, attribution, self.data.pictures)
 
@@ -159,13 +159,13 @@ class _View:
         self,
         tiles: Sequence[Mapping[str, Json]],
         sets: Mapping[str, str | None],
-        said: Mapping[str, Json],
+        entries: Mapping[str, Json],
         owners: Set[str],
     ) -> Json:
-        """What the page begins with; `said` of the buildings of tiles, `owners` are tiles that own some."""
-        status, judged = totals(said, "status"), dict(totals(said, "verdicts"))
+        """What the page begins with; `entries` of tiles and their buildings, `owners` are tiles that own some."""
+        status, judged = totals(entries, "status"), dict(totals(entries, "verdicts"))
         count = {str(s): status[s] for s in Status}
-        cuts, failed = (sum(one[key] for one in said.values()) for key in ("cuts", "failures"))
+        cuts, failed = (sum(one[key] for one in entries.values()) for key in ("cuts", "failures"))
         points = [t["points"] for t in tiles if "points" in t]
         values = figures_of(self.data).values
         return finite({
@@ -175,13 +175,13 @@ class _View:
             "state": state_of(self.records), "frame": self.frame.frame.matrix, "world": self.frame.to_world.tolist(),
             "sets": dict(sets),
             "texture_pixels": view_images.page_pixels(self.records),
-            "bounds": whole_box(said, self._survey_box, MARGIN_M), "heights": _range(said), "counts": count,
+            "bounds": whole_box(entries, self._survey_box, MARGIN_M), "heights": _range(entries), "counts": count,
             "verdicts": {**verdicts_of(()), **judged},
             "scales": {name: view_units.scale_of(values[name]) for name in ("nmad", "rmse")},
             "tiles": tiles, "notes": [*self._notes(owners)],
             "layers": {"points": bool(points), "dsm": any("dsm" in t for t in tiles), "cuts": cuts > 0, "failures": failed > 0},
             "pictures": [{"path": picture_path(n), "title": p.title} for n, p in enumerate(self.data.pictures)],
-            "missing": MISSING, "said": _notes_of(points, cuts, failed),
+            "missing": MISSING, "layer_notes": _notes_of(points, cuts, failed),
         })  # fmt: skip
 
     def _survey_box(self) -> list[float]:
@@ -229,7 +229,7 @@ def _city_bounds(survey: Survey) -> Bounds:
     return survey.lattice.bounds
 
 
-def _range(said: Mapping[str, Json]) -> list[float]:
+def _range(entries: Mapping[str, Json]) -> list[float]:
     """Lowest floor and highest ridge, world metres."""
-    pairs = [one["heights"] for one in said.values() if one["heights"]] or [[0.0, STOREYS_M]]
+    pairs = [one["heights"] for one in entries.values() if one["heights"]] or [[0.0, STOREYS_M]]
     return [round(min(p[0] for p in pairs), 2), round(max(p[1] for p in pairs), 2)]

@@ -11,9 +11,9 @@ from cityflow.flow.task import digest_of
 
 Json = Any
 Files = Generator[tuple[str, bytes], None, Any]
-"""Paths and contents; what is said of them comes at the end."""
+"""Paths and contents; what is known of them comes at the end."""
 Make = Callable[[], tuple[Sequence[bytes | None], Json]]
-"""Contents of files, None where there is nothing to write, and what is said of them."""
+"""Contents of files, None where there is nothing to write, and what is known of them."""
 
 
 class Kept:
@@ -27,17 +27,17 @@ class Kept:
         self._there = frozenset(store.find(path.rpartition("/")[0])) if self._before else frozenset[str]()
 
     def or_made(self, paths: Sequence[str], digest: str, make: Make) -> Files:
-        """The files of before where they are of the same inputs, else new ones; returns what is said of them."""
+        """The files of before where they are of the same inputs, else new ones; returns what is known of them."""
         digest, name = digest_of([digest, self._frame]), paths[0]
         old = self._before.get(name)
         if old is not None and old["digest"] == digest and self._there.issuperset(paths):
             self.paths.update(paths)
-            said = old["said"]
+            found = old["said"]
         else:
-            contents, said = make()
+            contents, found = make()
             yield from ((p, data) for p, data in zip(paths, contents, strict=True) if data is not None)
-        self._made[name] = {"digest": digest, "said": said}
-        return said
+        self._made[name] = {"digest": digest, "said": found}
+        return found
 
     def note(self) -> Json:
         """For the next time."""

@@ -47,18 +47,18 @@ class ViewTiles:
     pages: Set[str]
 
     def files(self, kept: Kept) -> Files:
-        """Table and figures of every tile, the sorted ids of all, the index; returns what is said of each tile, by its name."""
+        """Table and figures of every tile, the sorted ids of all, the index; returns what is known of each tile, by its name."""
         found: dict[str, Json] = {}
         for tile, ground in self._ordered(found):
             paths = f"{TABLES}/{quoted(tile)}.json", f"{UNITS}/{quoted(tile)}.json"
             found[tile] = yield from kept.or_made(paths, self._digest(tile, ground), partial(self._made, tile, ground))
-        said = dict(sorted(found.items()))
+        entries = dict(sorted(found.items()))
         first = []
-        for number, (key, rows) in enumerate(view_units.id_parts(self._shown(said))):
+        for number, (key, rows) in enumerate(view_units.id_parts(self._shown(entries))):
             yield f"{IDS}/{number}.json", json_bytes(rows)
             first.append(key)
-        yield INDEX, json_bytes(_index(said, first))
-        return said
+        yield INDEX, json_bytes(_index(entries, first))
+        return entries
 
     def _ordered(self, found: Mapping[str, Json]) -> Iterator[tuple[str, float | None]]:
         """Tiles, first those with a model, which know their ground; the others stand on the median of these."""
@@ -69,12 +69,12 @@ class ViewTiles:
                 yield tile, None
             else:
                 bare.append(tile)
-        ground = float(np.median([said["ground"] for said in found.values()])) if found else 0.0
+        ground = float(np.median([one["ground"] for one in found.values()])) if found else 0.0
         yield from ((tile, ground) for tile in bare)
 
-    def _shown(self, said: Mapping[str, Json]) -> Mapping[str, Iterable[str]]:
+    def _shown(self, entries: Mapping[str, Json]) -> Mapping[str, Iterable[str]]:
         """Tile → its buildings that are polygons."""
-        return {t: [u for u in self.rows.ids[t] if u not in s["without"]] for t, s in said.items()}
+        return {t: [u for u in self.rows.ids[t] if u not in s["without"]] for t, s in entries.items()}
 
     @cached_property
     def _attempts(self) -> dict[str, dict[str, tuple[int, bool]]]:
@@ -125,32 +125,32 @@ class ViewTiles:
         return view_layers.cut_lines(self.store, made, ridges, ground + ROOF_M, self.frame)
 
 
-def _index(said: Mapping[str, Json], first: Sequence[str]) -> Json:
+def _index(entries: Mapping[str, Json], first: Sequence[str]) -> Json:
     """What the page reads at its beginning, whatever the city's size: where tiles are, and how their buildings ended."""
     rows = [
         [tile, sum(s["status"].values()), *(s["status"].get(k, 0) for k in STATES), *(s["verdicts"].get(k, 0) for k in VERDICTS),
          s["cuts"], s["failures"], s["box"]]
-        for tile, s in said.items()
+        for tile, s in entries.items()
     ]  # fmt: skip
     return {
         "fields": FIELDS,
         "rows": rows,
         "ids": first,
-        "ends": view_units.farthest([s["ends"] for s in said.values()]),
+        "ends": view_units.farthest([s["ends"] for s in entries.values()]),
     }
 
 
-def totals(said: Mapping[str, Json], key: str) -> Counter[str]:
+def totals(entries: Mapping[str, Json], key: str) -> Counter[str]:
     """Buildings of all tiles by `status` or `verdicts`."""
     found = Counter[str]()
-    for one in said.values():
+    for one in entries.values():
         found.update(one[key])
     return found
 
 
-def whole_box(said: Mapping[str, Json], box: Callable[[], list[float]], margin: float) -> list[float]:
+def whole_box(entries: Mapping[str, Json], box: Callable[[], list[float]], margin: float) -> list[float]:
     """Lower and upper corner of all buildings in the page's frame, with a margin in plan; `box` where there are none."""
-    known = np.array([s["box"] for s in said.values() if s["box"]] or [box()])
+    known = np.array([s["box"] for s in entries.values() if s["box"]] or [box()])
     low, high = known[:, :3].min(axis=0), known[:, 3:].max(axis=0)
     low[:2] -= margin
     high[:2] += margin

@@ -109,7 +109,7 @@ def known_units(
     for record in records.some(reconstruct.NAME, rows):
         entry = _known(rows[record.unit], record, textured.get(record.unit))
         if record.unit in atlas_cells:
-            entry["leaf"] = atlas_cells[record.unit]
+            entry["atlas_cell"] = atlas_cells[record.unit]
         if page_path(record.unit) in pages:
             entry["page"] = quote(page_path(record.unit))
         found[record.unit] = entry

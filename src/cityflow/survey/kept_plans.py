@@ -119,11 +119,12 @@ def encode_plan(plan: KeptPlan) -> bytes:
 
 def decode_plan(data: bytes) -> KeptPlan:
     """Inverse of `encode_plan`. Raises CityflowError, ValueError, KeyError for other bytes."""
-    arrays, said = decode_arrays(data)
+    arrays, attributes = decode_arrays(data)
     references = {
-        name: ReferenceImages(arrays[f"cell {k}"], arrays[f"view {k}"]) for k, name in enumerate(said["directions"])
+        name: ReferenceImages(arrays[f"cell {k}"], arrays[f"view {k}"])
+        for k, name in enumerate(attributes["directions"])
     }
     chosen = np.split(arrays["partner"], np.cumsum(arrays["count"])[:-1]) if len(arrays["count"]) else []
     partners = {k: tuple(p.tolist()) for k, p in zip(arrays["image"].tolist(), chosen, strict=True)}
-    tiles = tuple(Tile(col, row, float(said["tile_m"])) for col, row in arrays["tile"].tolist())
-    return KeptPlan(PlanFindings(references, partners, float(said["cell_m"])), tiles)
+    tiles = tuple(Tile(col, row, float(attributes["tile_m"])) for col, row in arrays["tile"].tolist())
+    return KeptPlan(PlanFindings(references, partners, float(attributes["cell_m"])), tiles)

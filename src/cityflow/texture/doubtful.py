@@ -21,7 +21,7 @@ MOST_LOST = 1.0 / 3.0
 to the paint of houses seen steeply from above (benchmarks/painted_houses.py, seeds 101 to 108)."""
 
 
-def wall_sigma(edges: Sequence[OutlineEdge], unsaid_m: float) -> float:
+def wall_sigma(edges: Sequence[OutlineEdge], default_m: float) -> float:
     """How exactly the walls of a unit are known across, metres: root mean square over its outline.
 
     An outline along the rim of a roof tells of the wall below it no more than that eaves differ, where no façade was seen.
@@ -29,12 +29,12 @@ def wall_sigma(edges: Sequence[OutlineEdge], unsaid_m: float) -> float:
     Parameters
     ----------
     edges : how the parts of the outline are known
-    unsaid_m : standard deviation of those of which nothing is said
+    default_m : standard deviation of those without one
     """
     length = np.array([edge.line.length for edge in edges])
     if length.sum() == 0:
-        return unsaid_m
-    known = np.array([edge.sigma_m if np.isfinite(edge.sigma_m) else unsaid_m for edge in edges])
+        return default_m
+    known = np.array([edge.sigma_m if np.isfinite(edge.sigma_m) else default_m for edge in edges])
     unseen = np.array([1.0 - edge.seen if edge.source == "roof" else 0.0 for edge in edges])
     return float(np.sqrt(np.average(known**2 + unseen * EAVE_SPREAD_M**2, weights=length)))
 

@@ -71,7 +71,7 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters.update(
-        cm=cm, share=share, seconds=said_seconds, tree=parameter_rows, pixels=said_pixels, json=said_json
+        cm=cm, share=share, seconds=seconds_as_text, tree=parameter_rows, pixels=pixels_as_text, json=json_as_text
     )
     return environment
 
@@ -94,15 +94,15 @@ def share(value: float | None) -> str:
     return "–" if value is None or value != value else f"{100 * value:.1f} %"
 
 
-def said_pixels(value: float | None) -> str:
+def pixels_as_text(value: float | None) -> str:
     """Pixels to a hundredth."""
     return "–" if value is None else f"{value:.2f} px"
 
 
-def said_seconds(value: float | None) -> str:
+def seconds_as_text(value: float | None) -> str:
     """Time as a person says it.
 
-    >>> [said_seconds(v) for v in (0.0123, 4.56, 75.0, 5400.0)]
+    >>> [seconds_as_text(v) for v in (0.0123, 4.56, 75.0, 5400.0)]
     ['12 ms', '4.6 s', '1 min 15 s', '1 h 30 min']
     """
     if value is None or value != value:
@@ -116,7 +116,7 @@ def said_seconds(value: float | None) -> str:
     return f"{int(value // 3600)} h {int(value % 3600 // 60)} min"
 
 
-def said_json(value: Any) -> str:
+def json_as_text(value: Any) -> str:
     """A value as a workflow file has it; a text without its quotes."""
     return value if isinstance(value, str) and value else json.dumps(value, ensure_ascii=False)
 

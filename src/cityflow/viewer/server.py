@@ -12,7 +12,7 @@ from typing import Any
 from urllib.parse import quote, unquote, urlsplit
 
 SERVED = ("view/", "products/", "report.html", "report.json", "report/")
-SAID = "view/served.json"
+SERVED_AS = "view/served.json"
 TYPES = {
     "html": "text/html; charset=utf-8", "js": "text/javascript; charset=utf-8", "css": "text/css; charset=utf-8", "txt": "text/plain; charset=utf-8",
     "json": "application/json", "bin": "application/octet-stream", "glb": "model/gltf-binary", "jpg": "image/jpeg", "png": "image/png",
@@ -191,7 +191,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(HTTPStatus.PARTIAL_CONTENT, data[span[0] : span[1]], headers, with_body)
 
     def _contents(self, served: Served, path: str) -> bytes | None:
-        if path == SAID:
+        if path == SERVED_AS:
             return json.dumps({"run": served.run, **({"cities": "/"} if type(self).start else {})}).encode()
         return served.read(path)
 

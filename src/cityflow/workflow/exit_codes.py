@@ -15,17 +15,17 @@ def exit_code(command: Callable[[], object]) -> int:
     try:
         command()
     except CityflowError as error:
-        return _said(without_credentials(str(error)), 1)
+        return _printed(without_credentials(str(error)), 1)
     except OSError as error:
         refusal = unwritable(error)
         if refusal is None:
             raise
-        return _said(str(refusal), 1)
+        return _printed(str(refusal), 1)
     except KeyboardInterrupt as error:
-        return _said(str(error) or "interrupted; a later run continues here", 130)
+        return _printed(str(error) or "interrupted; a later run continues here", 130)
     return 0
 
 
-def _said(text: str, code: int) -> int:
+def _printed(text: str, code: int) -> int:
     print(f"cityflow: {text}", file=sys.stderr)  # noqa: T201
     return code

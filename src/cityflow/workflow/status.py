@@ -34,7 +34,7 @@ REASONS_SHOWN = 12
 UNITS_NAMED = 3
 BUILDINGS = "reconstruct"
 VERDICTS = tuple(str(v) for v in Verdict)
-SAID = {str(Verdict.LOOK): "to look at"}
+VERDICT_WORDS = {str(Verdict.LOOK): "to look at"}
 GOOD_MEANS = "Good: at least 95 % of the roof is expected within 20 cm of the truth."
 LAST = ("export", "city")
 """The task that ends a run."""
@@ -196,7 +196,7 @@ def standing_of(store: Store, asked: Asked, ledger: Ledger, shown_as: str) -> St
 def print_standing(standing: Standing, console: Console) -> None:
     """Verdicts, a line per stage, the reasons of what did not end as asked, and the next step."""
     if standing.verdicts:
-        told = ", ".join(f"{n:,} {SAID.get(verdict, verdict)}" for verdict, n in standing.verdicts.items())
+        told = ", ".join(f"{n:,} {VERDICT_WORDS.get(verdict, verdict)}" for verdict, n in standing.verdicts.items())
         more = (
             f" {standing.beyond:,} more outside the area are modelled because they share walls with these."
             if standing.beyond

@@ -141,8 +141,8 @@ def _records(run: Prepared, ledger: Ledger) -> CurrentRecords:
 
 
 def _compared(wanted: Prepared, update: Update, records: CurrentRecords) -> ChangesPage:
-    said = ChangesPage(
+    page = ChangesPage(
         title=wanted.catalog.title, former=update.former, catalog=update.catalog, dates=(update.former_date, wanted.source().survey.date),
         failed=tuple(f"{row.stage}-{row.unit}: {row.reason}" for row in failed_tasks(records)), retry=f"cityflow rerun {wanted.store.root} --failed",
     )  # fmt: skip
-    return write_change_report(wanted, records, former_state(wanted.store, update), said, update.folder)
+    return write_change_report(wanted, records, former_state(wanted.store, update), page, update.folder)

@@ -48,10 +48,10 @@ def write(tile: CityTile) -> Files:
 def _meshes(building: Building, look: Appearance, origin: FloatArray) -> Iterator[tuple[str, trimesh.Trimesh]]:
     """The building in a mesh for each of its materials; the first has its id for a name, and its attributes."""
     surfaces = surfaces_of([building], look)
-    said = {"id": building.id, **described(building)}
+    attributes = {"id": building.id, **described(building)}
     for number, batch in enumerate(batches(surfaces)) if len(surfaces.triangles) else ():
         mesh = trimesh.Trimesh(
-            y_up(surfaces.xyz[batch.corners] - origin), batch.triangles, process=False, metadata=said if number == 0 else {"id": building.id}
+            y_up(surfaces.xyz[batch.corners] - origin), batch.triangles, process=False, metadata=attributes if number == 0 else {"id": building.id}
         )  # fmt: skip
         mesh.visual = _visual(surfaces, batch.corners, batch.page, look)
         yield building.id if number == 0 else f"{building.id} {number}", mesh

@@ -1,4 +1,4 @@
-"""Which pieces are walls: long ones for themselves, short ones and the reserve where they join others."""
+"""Which segments are walls: long ones for themselves, short ones and the reserve where they join others."""
 
 from __future__ import annotations
 

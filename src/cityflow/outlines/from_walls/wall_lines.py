@@ -14,9 +14,15 @@ from cityflow.core.facade_points import WallPoints
 from cityflow.core.parameters import Parameters
 from cityflow.outlines.from_walls.wall_joining import joined
 from cityflow.outlines.from_walls.wall_line import CURVE, LINE, Heights, WallLine
-from cityflow.outlines.from_walls.wall_pieces import Piece, PieceRules, PointIndex, near_fit, strip_pieces
 from cityflow.outlines.from_walls.wall_raster import CellRules, strips, wall_cells
 from cityflow.outlines.from_walls.wall_rejoining import MergeRules, merged
+from cityflow.outlines.from_walls.wall_segments import (
+    PointIndex,
+    SegmentRules,
+    WallSegment,
+    near_fit,
+    segments_of_strip,
+)
 
 CELL_GSD = 1.5
 """Edge of the raster's cells, ground sampling distances: Nex 2013 §2.3 takes 1 to 2."""
@@ -48,7 +54,7 @@ TOLERANCE_GSD = 1.5
 """How far a section may stray from its wall for no reason, ground sampling distances; set by hand on synthetic towns."""
 LEAST_LENGTH_M = 3.0
 """Shorter walls are kept only between others: Nex 2013 §2.3."""
-LEAST_PIECE_M = 0.8
+LEAST_SEGMENT_M = 0.8
 """Shorter ones are not kept at all; set by hand on synthetic towns, as are the next four."""
 JOIN_M = 1.0
 """Ends so near to another wall touch it."""
@@ -93,15 +99,15 @@ class WallLineParameters(Parameters):
         )
 
     @property
-    def pieces(self) -> PieceRules:
-        return PieceRules(
+    def segments(self) -> SegmentRules:
+        return SegmentRules(
             cell=self.cell_m,
             bridge=BRIDGE_M,
             section=SECTION_M,
             tolerance=TOLERANCE_GSD * self.gsd_m,
             across=ACROSS_GSD * self.gsd_m,
             alike=math.cos(math.radians(TURN_DEG)),
-            least=LEAST_PIECE_M,
+            least=LEAST_SEGMENT_M,
             bin=2 * self.gsd_m,
             floor=self.gsd_m / 2,
         )
@@ -132,17 +138,17 @@ def find_wall_lines(walls: WallPoints, ground: Heights, parameters: WallLinePara
         return []
     number = strips(cells, math.cos(math.radians(TURN_DEG)), max(round(BRIDGE_M / p.cell_m), 1))
     index = PointIndex(walls, p.cell_m)
-    pieces = [piece for strip in _of_each(number) for piece in strip_pieces(cells, strip, index, p.pieces)]
+    segments = [segment for strip in _of_each(number) for segment in segments_of_strip(cells, strip, index, p.segments)]
     # what goes on in a line with a sure wall is sure with it; the rest of the reserve must join two walls
-    pieces = merged(pieces, index, p.pieces, p.merging)
+    segments = merged(segments, index, p.segments, p.merging)
     kept = joined(
-        [_line(walls, q, ground, p) for q in pieces],
-        [q.sure for q in pieces],
+        [_line(walls, q, ground, p) for q in segments],
+        [q.sure for q in segments],
         LEAST_LENGTH_M,
         JOIN_M,
         SHORT_SIGMA_GSD * p.gsd_m,
     )
-    whole = merged([q for q, k in zip(pieces, kept, strict=True) if k], index, p.pieces, p.merging)
+    whole = merged([q for q, k in zip(segments, kept, strict=True) if k], index, p.segments, p.merging)
     return sorted((_line(walls, q, ground, p) for q in whole), key=lambda w: tuple(w.line.coords[0]))
 
 
@@ -151,15 +157,15 @@ def _of_each(number: IntArray) -> list[IntArray]:
     return np.split(order, np.flatnonzero(np.diff(number[order])) + 1)
 
 
-def _line(walls: WallPoints, piece: Piece, ground: Heights, p: WallLineParameters) -> WallLine:
-    fit = piece.fit
+def _line(walls: WallPoints, segment: WallSegment, ground: Heights, p: WallLineParameters) -> WallLine:
+    fit = segment.fit
     # an arc's vertices lie on it; a quarter of a pixel is the most that its chords leave it
-    chord = max(math.sqrt(2 * fit.radius * p.gsd_m), p.gsd_m) if piece.curved else math.inf
-    count = max(math.ceil(piece.length / chord), 1) + 1
-    line = LineString(fit.at(np.linspace(piece.low, piece.high, count)))
-    xyz = walls.xyz[piece.chosen]
+    chord = max(math.sqrt(2 * fit.radius * p.gsd_m), p.gsd_m) if segment.curved else math.inf
+    count = max(math.ceil(segment.length / chord), 1) + 1
+    line = LineString(fit.at(np.linspace(segment.low, segment.high, count)))
+    xyz = walls.xyz[segment.chosen]
     u, _ = fit.local(xyz[:, :2])
-    held = near_fit(fit, xyz[:, :2]) & (u >= piece.low) & (u <= piece.high)
+    held = near_fit(fit, xyz[:, :2]) & (u >= segment.low) & (u <= segment.high)
     z_low, z_high = np.percentile(xyz[held, 2], [1, 99])
     middle = shapely.get_coordinates(line.interpolate(0.5, normalized=True))[0]
     across = np.diff(shapely.get_coordinates(line)[[0, -1]], axis=0)[0]
@@ -168,10 +174,10 @@ def _line(walls: WallPoints, piece: Piece, ground: Heights, p: WallLineParameter
         line,
         normal=np.array([across[1], -across[0]]),
         sigma_m=math.hypot(fit.sigma, SYSTEMATIC_GSD * p.gsd_m),
-        seen=piece.seen,
+        seen=segment.seen,
         z_low=float(z_low),
         z_high=float(z_high),
         points=int(held.sum()),
-        kind=CURVE if piece.curved else LINE,
+        kind=CURVE if segment.curved else LINE,
         ground_z=float(ground(middle[:1], middle[1:])[0]),
     )

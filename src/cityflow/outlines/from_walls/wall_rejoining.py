@@ -1,4 +1,4 @@
-"""Pieces of one wall made one again: what a drain pipe, a tree or the raster has cut apart."""
+"""Segments of one wall made one again: what a drain pipe, a tree or the raster has cut apart."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.facade_points import WallPoints
-from cityflow.outlines.from_walls.wall_pieces import Piece, PieceRules, PointIndex, piece_of
+from cityflow.outlines.from_walls.wall_segments import PointIndex, SegmentRules, WallSegment, segment_of
 
 STEP_M = 0.25
 """Gaps are looked at for points every so many metres; set by hand on synthetic towns."""
@@ -17,7 +17,7 @@ STEP_M = 0.25
 
 @dataclass(frozen=True, slots=True)
 class MergeRules:
-    """When two pieces are one wall.
+    """When two segments are one wall.
 
     Attributes
     ----------
@@ -33,51 +33,51 @@ class MergeRules:
     gap: float
 
 
-def merged(pieces: list[Piece], index: PointIndex, rules: PieceRules, merge: MergeRules) -> list[Piece]:
-    """Straight pieces that follow one line, joined; arcs stay as they are.
+def merged(segments: list[WallSegment], index: PointIndex, rules: SegmentRules, merge: MergeRules) -> list[WallSegment]:
+    """Straight segments that follow one line, joined; arcs stay as they are.
 
     Longest first; each takes its nearest mate until it finds none. A joint line must explain both as well as they were.
     """
-    left = sorted((p for p in pieces if not p.curved), key=_by_length)
-    done = [p for p in pieces if p.curved]
+    left = sorted((p for p in segments if not p.curved), key=_by_length)
+    done = [p for p in segments if p.curved]
     while left:
-        piece = left.pop(0)
+        segment = left.pop(0)
         while True:
-            mate = _mate(piece, left, index, rules, merge)
+            mate = _mate(segment, left, index, rules, merge)
             if mate is None:
                 break
-            number, piece = mate
+            number, segment = mate
             left.pop(number)
-        done.append(piece)
+        done.append(segment)
     return done
 
 
-def _by_length(piece: Piece) -> tuple[float, float, float]:
-    first = piece.ends[0]
-    return -piece.length, float(first[0]), float(first[1])
+def _by_length(segment: WallSegment) -> tuple[float, float, float]:
+    first = segment.ends[0]
+    return -segment.length, float(first[0]), float(first[1])
 
 
 def _mate(
-    piece: Piece, others: list[Piece], index: PointIndex, rules: PieceRules, merge: MergeRules
-) -> tuple[int, Piece] | None:
-    near = [(gap, k) for k, other in enumerate(others) if (gap := _gap(piece, other, merge)) is not None]
+    segment: WallSegment, others: list[WallSegment], index: PointIndex, rules: SegmentRules, merge: MergeRules
+) -> tuple[int, WallSegment] | None:
+    near = [(gap, k) for k, other in enumerate(others) if (gap := _gap(segment, other, merge)) is not None]
     for gap, k in sorted(near):
         other = others[k]
-        if gap > merge.blind and not _bridged(piece, other, index, rules):
+        if gap > merge.blind and not _bridged(segment, other, index, rules):
             continue
-        joint = _joint(piece, other, index.walls, rules)
+        joint = _joint(segment, other, index.walls, rules)
         if joint is not None:
             return k, joint
     return None
 
 
-def _gap(piece: Piece, other: Piece, merge: MergeRules) -> float | None:
-    """Metres between two pieces along their line, negative where they overlap; None where they are not of one line."""
-    direction, others_direction = _direction(piece), _direction(other)
+def _gap(segment: WallSegment, other: WallSegment, merge: MergeRules) -> float | None:
+    """Metres between two segments along their line, negative where they overlap; None where they are not of one line."""
+    direction, others_direction = _direction(segment), _direction(other)
     turn = direction[0] * others_direction[1] - direction[1] * others_direction[0]
     if abs(turn) > merge.turn or direction @ others_direction <= 0:
         return None
-    long, short = (piece, other) if piece.length >= other.length else (other, piece)
+    long, short = (segment, other) if segment.length >= other.length else (other, segment)
     if np.abs(long.fit.distance(short.ends)).max() > merge.offset:
         return None
     u, _ = long.fit.local(short.ends)
@@ -85,14 +85,14 @@ def _gap(piece: Piece, other: Piece, merge: MergeRules) -> float | None:
     return gap if gap <= merge.gap and gap > -0.5 * short.length else None
 
 
-def _direction(piece: Piece) -> FloatArray:
-    ends = piece.ends
+def _direction(segment: WallSegment) -> FloatArray:
+    ends = segment.ends
     return np.asarray((ends[1] - ends[0]) / max(float(np.hypot(*(ends[1] - ends[0]))), 1e-9))
 
 
-def _bridged(piece: Piece, other: Piece, index: PointIndex, rules: PieceRules) -> bool:
+def _bridged(segment: WallSegment, other: WallSegment, index: PointIndex, rules: SegmentRules) -> bool:
     """Whether points of the same side stand in half of the gap at least: the reserve."""
-    long, short = (piece, other) if piece.length >= other.length else (other, piece)
+    long, short = (segment, other) if segment.length >= other.length else (other, segment)
     u, _ = long.fit.local(short.ends)
     begin, end = (long.high, float(u.min())) if u.min() >= long.high else (float(u.max()), long.low)
     count = max(math.ceil((end - begin) / STEP_M), 1)
@@ -102,12 +102,12 @@ def _bridged(piece: Piece, other: Piece, index: PointIndex, rules: PieceRules) -
     return len(np.unique(nearest)) >= 0.5 * count
 
 
-def _joint(piece: Piece, other: Piece, walls: WallPoints, rules: PieceRules) -> Piece | None:
-    chosen = np.unique(np.concatenate([piece.chosen, other.chosen]))
-    joint = piece_of(chosen, False, piece.sure or other.sure, walls, rules)
-    if joint is None or joint.fit.scatter > 1.3 * max(piece.fit.scatter, other.fit.scatter):
+def _joint(segment: WallSegment, other: WallSegment, walls: WallPoints, rules: SegmentRules) -> WallSegment | None:
+    chosen = np.unique(np.concatenate([segment.chosen, other.chosen]))
+    joint = segment_of(chosen, False, segment.sure or other.sure, walls, rules)
+    if joint is None or joint.fit.scatter > 1.3 * max(segment.fit.scatter, other.fit.scatter):
         return None
-    for part in (piece, other):
+    for part in (segment, other):
         off = joint.fit.distance(walls.xyz[part.chosen, :2])
         if abs(float(np.median(off))) > rules.tolerance or joint.length < part.length:
             return None

@@ -56,7 +56,7 @@ def skeleton(mask: ByteArray) -> ByteArray:
 
 
 def _ways(thin: ByteArray, width: int, least: int) -> list[IntArray]:
-    """Longest way of every connected piece, then of what is left further than `width` from it, and so on."""
+    """Longest way of every connected part, then of what is left further than `width` from it, and so on."""
     left, found = thin.copy(), []
     brush = np.ones((2 * width + 1, 2 * width + 1), np.uint8)
     for _ in range(len(thin) * len(thin[0])):
@@ -78,37 +78,37 @@ def _longest(thin: ByteArray, least: int) -> list[IntArray]:
         if stats[k, cv2.CC_STAT_AREA] < least:
             continue
         left, top, width, height = (int(stats[k, j]) for j in range(4))
-        piece = np.zeros((height + 2, width + 2), np.uint8)
-        piece[1:-1, 1:-1] = labels[top : top + height, left : left + width] == k
-        way = _diameter(piece)
+        part = np.zeros((height + 2, width + 2), np.uint8)
+        part[1:-1, 1:-1] = labels[top : top + height, left : left + width] == k
+        way = _diameter(part)
         if len(way) >= least:
             found.append(way + np.array([top - 1, left - 1]))
     return found
 
 
-def _diameter(piece: ByteArray) -> IntArray:
+def _diameter(part: ByteArray) -> IntArray:
     """The way between two cells of a connected skeleton that are furthest apart along it (of a ring, half of it)."""
-    first = np.argwhere(piece)[0]
-    far, _ = _walk(piece, int(first[0]), int(first[1]))
-    end, came = _walk(piece, *divmod(far, piece.shape[1]))
+    first = np.argwhere(part)[0]
+    far, _ = _walk(part, int(first[0]), int(first[1]))
+    end, came = _walk(part, *divmod(far, part.shape[1]))
     way = [end]
     while came[way[-1]] >= 0:
         way.append(int(came[way[-1]]))
-    return np.column_stack(np.divmod(np.array(way, np.int64), piece.shape[1]))
+    return np.column_stack(np.divmod(np.array(way, np.int64), part.shape[1]))
 
 
 @njit(cache=True, nogil=True)
-def _walk(piece: ByteArray, row: int, col: int) -> tuple[int, IntArray]:
+def _walk(part: ByteArray, row: int, col: int) -> tuple[int, IntArray]:
     """Breadth first: the last cell reached, and from where each cell was reached (-1: not at all, or the start)."""
-    cols = piece.shape[1]
-    came, seen = np.full(piece.size, -1, np.int64), np.zeros(piece.size, np.bool_)
-    queue = np.empty(piece.size, np.int64)
+    cols = part.shape[1]
+    came, seen = np.full(part.size, -1, np.int64), np.zeros(part.size, np.bool_)
+    queue = np.empty(part.size, np.int64)
     queue[0] = row * cols + col
     seen[queue[0]] = True
     head, tail = 0, 1
     # straight steps before slanting ones, so that ways do not zigzag
     steps = np.array([-1, 1, -cols, cols, -cols - 1, -cols + 1, cols - 1, cols + 1])
-    flat = piece.ravel()
+    flat = part.ravel()
     while head < tail:
         here = queue[head]
         head += 1

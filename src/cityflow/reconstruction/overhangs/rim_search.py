@@ -53,9 +53,9 @@ def find_overhangs(
     rims = (_rims_of_points if scanned else _rims_of_surface)(evidence, candidate, edges, p)
     rims = [with_known_rim(rim, evidence.rims, p) for rim in rims]
     lowest = _roof_along(edges, candidate)
-    unsaid = outline_sigma(rims, p)
+    default_sigma_m = outline_sigma(rims, p)
     walls = [
-        standing_wall(edge, evidence, z, p, unsaid, scanned and not evidence.alike_m)
+        standing_wall(edge, evidence, z, p, default_sigma_m, scanned and not evidence.alike_m)
         for edge, z in zip(edges, lowest, strict=True)
     ]
     return decided(rims, walls, p)

@@ -56,7 +56,7 @@ def standing_wall(
     evidence: Evidence,
     roof_m: float,
     p: OverhangParameters,
-    unsaid_sigma_m: float | None = None,
+    default_sigma_m: float | None = None,
     scanned: bool = False,
 ) -> StandingWall:
     """The wall of one edge, by what is known of the outline there and by the points on its façade.
@@ -64,12 +64,12 @@ def standing_wall(
     Parameters
     ----------
     roof_m : world height of the roof where it is lowest along the edge
-    unsaid_sigma_m : standard deviation of the outline where nothing says how it is known
+    default_sigma_m : standard deviation of the outline where nothing says how it is known
     scanned : points around the unit are a laser's; those that images give between roof and ground are smeared along the rim
     """
     part = known_part(edge, evidence.edges)
     of_roof = part is not None and part.source == ROOF
-    default_sigma = p.general_sigma_m if unsaid_sigma_m is None else unsaid_sigma_m
+    default_sigma = p.general_sigma_m if default_sigma_m is None else default_sigma_m
     outline_sigma = part.sigma_m if part is not None and np.isfinite(part.sigma_m) else default_sigma
     facade = None if edge.party else _facade(edge, evidence, roof_m, p, scanned)
     if facade is None:

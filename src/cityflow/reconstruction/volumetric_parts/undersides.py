@@ -39,7 +39,7 @@ SET_BACK, LEAST_LENGTH, LEAST_COVER, NEAR_EDGE = 0.8, 1.5, 1.2, 0.4
 points nearer to the outline are of an outer wall. Set by hand, as are the next two."""
 SOLID_WEIGHT = 2.0
 """A square metre seen solid weighs so much more than one seen open."""
-TURN_DEG, FOOT = 8.0, 1.5
+TURN_DEG, BASE_M = 8.0, 1.5
 """Such a wall runs along a main direction of the outline (±), and is seen down to this height (m) over the floor."""
 
 
@@ -127,7 +127,7 @@ def _tells(facade: Facade, outline: Polygon, floor: float, parameters: Underside
     line = facade.line
     if not facade.faces or line.end - line.start < LEAST_LENGTH:
         return False
-    if facade.low - floor > FOOT or facade.high - floor < parameters.least_height - 0.3:
+    if facade.low - floor > BASE_M or facade.high - floor < parameters.least_height - 0.3:
         return False
     direction = math.atan2(line.nx, -line.ny) % math.pi
     turn = min(angle_between(direction, d) for d in main_directions(outline))

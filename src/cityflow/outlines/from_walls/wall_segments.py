@@ -24,8 +24,8 @@ NEAR_SCATTERS = 4.0
 
 
 @dataclass(frozen=True, slots=True)
-class PieceRules:
-    """How paths become pieces; metres.
+class SegmentRules:
+    """How paths become segments; metres.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class PieceRules:
     bridge : gaps so long are closed by dilation
     section : length of the sections that decide where a line ends;  tolerance : how far one may stray for no reason
     across : points so far before or behind belong to a wall;  alike : cosine between its normal and theirs
-    least : shorter pieces are left out
+    least : shorter segments are left out
     bin : of the count that tells where a wall ends;  floor : points nearer than that are never outliers
     """
 
@@ -49,7 +49,7 @@ class PieceRules:
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class WallSegment:
     """A part of a wall.
 
     Attributes
@@ -110,22 +110,24 @@ class PointIndex:
         return chosen[held], nearest[held]
 
 
-def strip_pieces(cells: WallCells, strip: IntArray, index: PointIndex, rules: PieceRules) -> list[Piece]:
+def segments_of_strip(cells: WallCells, strip: IntArray, index: PointIndex, rules: SegmentRules) -> list[WallSegment]:
     """Lines and arcs along one strip of cells (indices into `cells`)."""
     row, col = cells.row[strip].astype(np.int64), cells.col[strip].astype(np.int64)
     bridge, least = max(round(rules.bridge / rules.cell), 1), max(round(rules.least / rules.cell) - 2, 2)
     tree = cKDTree(np.column_stack([col, row]))
-    found: list[Piece] = []
+    found: list[WallSegment] = []
     for way, sure in paths(row, col, cells.sure[strip], bridge, least):
         _, near = tree.query(way[:, ::-1], k=min(9, len(strip)))
         normal = cells.normal[strip][near.reshape(len(way), -1)].astype(np.float64).mean(axis=1)
         normal /= np.maximum(np.hypot(*normal.T), 1e-9)[:, None]
         path = np.asarray((way[:, ::-1] + 0.5) * rules.cell, np.float64)
-        found += _path_pieces(path, np.asarray(normal, np.float64), sure, index, rules)
+        found += _path_segments(path, np.asarray(normal, np.float64), sure, index, rules)
     return found
 
 
-def piece_of(chosen: IntArray, curved: bool, sure: bool, walls: WallPoints, rules: PieceRules) -> Piece | None:
+def segment_of(
+    chosen: IntArray, curved: bool, sure: bool, walls: WallPoints, rules: SegmentRules
+) -> WallSegment | None:
     """A line or an arc through points, from one end of where they stand to the other; None where it comes to nothing."""
     if len(chosen) < 6:
         return None
@@ -140,7 +142,7 @@ def piece_of(chosen: IntArray, curved: bool, sure: bool, walls: WallPoints, rule
         return None
     u, _ = fit.local(xy[held])
     low, high, seen = _extent(u, rules.bin)
-    return Piece(chosen, fit, curved, low, high, seen, sure) if high - low >= rules.least else None
+    return WallSegment(chosen, fit, curved, low, high, seen, sure) if high - low >= rules.least else None
 
 
 def near_fit(fit: Fit, xy: FloatArray) -> BoolArray:
@@ -162,7 +164,9 @@ def _extent(u: FloatArray, bin_m: float) -> tuple[float, float, float]:
     )
 
 
-def _path_pieces(path: FloatArray, normal: FloatArray, sure: bool, index: PointIndex, rules: PieceRules) -> list[Piece]:
+def _path_segments(
+    path: FloatArray, normal: FloatArray, sure: bool, index: PointIndex, rules: SegmentRules
+) -> list[WallSegment]:
     chosen, nearest = index.near(path, normal, rules.across, rules.alike)
     if len(chosen) < 6:
         return []
@@ -177,9 +181,9 @@ def _path_pieces(path: FloatArray, normal: FloatArray, sure: bool, index: PointI
     found = []
     for part in parts(middle, Prices(rules.tolerance, longest_arc=max(round(ARC_M / rules.section), 6))):
         of = np.concatenate(groups[part.first : part.last + 1])
-        piece = piece_of(chosen[of], part.curved, sure, index.walls, rules)
-        if piece is not None:
-            found.append(piece)
+        segment = segment_of(chosen[of], part.curved, sure, index.walls, rules)
+        if segment is not None:
+            found.append(segment)
     return found
 
 
