@@ -90,6 +90,23 @@ READERS: Mapping[str, Reader] = {
 }
 
 
+def table_of_formats(readers: Mapping[str, Reader] = READERS) -> str:
+    """The formats as a table in Markdown, a row each."""
+    rows = (
+        f"| `--{_typed(name)}` | {reader.text} | {', '.join(f'`--{_typed(o)}`' for o in reader.options)} |"
+        for name, reader in readers.items()
+    )
+    return "\n".join(["| option | what it names | further options |", "|---|---|---|", *rows])
+
+
+def _typed(name: str) -> str:
+    """
+    >>> _typed("angle_unit")
+    'angle-unit'
+    """
+    return name.replace("_", "-")
+
+
 def option(name: str) -> str:
     """As it is typed.
 
