@@ -33,6 +33,7 @@ GROSS_PX = 4.0
 LENS_SIGMA = np.array([0.01, 0.01, 0.01, 0.1, 0.1, 0.01, 0.01, 0.1])
 """What a given camera may be off where it is calibrated: focal length and principal point (shares of the focal length), distortion."""
 ROUNDS, STEPS = 6, 3
+"""Rounds, each with weights and standard deviations of the one before, and steps of Gauss and Newton in each; set by hand."""
 
 
 class AdjustmentParameters(Parameters):

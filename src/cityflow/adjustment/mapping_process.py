@@ -18,11 +18,12 @@ if TYPE_CHECKING:
     import pycolmap
 
 SEED = 1
+"""Of random samples: the same photographs give the same models."""
 GLOBAL, INCREMENTAL = "global", "incremental"
 RADIAL, FULL = "radial", "full"
 """Calibration: focal length and two radial terms, or also principal point and decentring."""
 LEAST_IMAGES = 3
-"""Of a model."""
+"""Of a model: fewer agree by chance, and two have no check; set by hand."""
 CALIBRATED = "calibration.json"
 MOST_ERROR_PX, LEAST_ANGLE_DEG = 4.0, 1.5
 """Observations further off, and points on flatter rays, are left out before the last adjustment (COLMAP's limits)."""

@@ -11,7 +11,7 @@ from cityflow.adjustment.tracks import Ties
 from cityflow.core.arrays import BoolArray, FloatArray
 
 STEPS = 3
-"""Of Gauss and Newton after the nearest point to all rays."""
+"""Of Gauss and Newton after the nearest point to all rays; set by hand, as is the next."""
 DAMPING = 1e-9
 """Share of the trace that keeps points on parallel rays solvable."""
 

@@ -1,4 +1,4 @@
-"""What is said of an address where no Dask scheduler answers."""
+"""What is reported of an address where no Dask scheduler answers."""
 
 NO_ANSWER = "no scheduler answers"
 NO_ANSWER_REMEDY = (

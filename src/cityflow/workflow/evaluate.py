@@ -32,7 +32,9 @@ from cityflow.workflow.printed import print_json
 BLOCK_M = 100.0
 """Heights are read in windows of this size, so that points far apart do not load the city."""
 AROUND_CELLS = 2
+"""Rim of what is read around points: a height is interpolated between four cells."""
 OTHER_DATUM_M = 10.0
+"""A median difference of heights beyond this is doubted: no surface is so wrong, and ellipsoidal heights differ by more in most of Europe; set by hand."""
 ALL = "all"
 
 

@@ -23,6 +23,7 @@ RESULT = "evaluation_outlines.json"
 MAP = "evaluation_outlines.gpkg"
 LAYERS = ("blocks", "wall_outlines", "outlines", "units")
 WITHIN_CELLS = 3.0
+"""A stretch of a true edge is found where an edge of the result is so near, in cells of the surface; set by hand."""
 
 ROWS = (
     ("outlines in the reference", "true", "{:d}"),
