@@ -27,7 +27,7 @@ import yaml
 from PIL import Image
 from pyproj import CRS
 
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
 from cityflow.core.building import Status
 from cityflow.core.points import PointCloud
 from cityflow.errors import CityflowError
@@ -108,12 +108,9 @@ def sound_files(folder: Path) -> dict[str, tuple[Path, Callable[[], Any]]]:
     frame.to_file(vector, driver="GeoJSON")
     create_catalog(
         folder / "catalog",
-        lidar=[str(folder / "lidar")],
-        outlines=package,
+        SurveyFiles(lidar=[str(folder / "lidar")], outlines=package, id_column="name"),
         crs="EPSG:7415",
-        id_column="name",
-        title="t",
-        licence="CC0-1.0",
+        text=SurveyText(title="t", licence="CC0-1.0"),
     )
     pixels = rng.integers(0, 255, (64, 64, 3)).astype(np.uint8)
     pictures = {e: folder / f"a.{e}" for e in ("png", "jpg", "tif")}

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from rich.console import Console
 
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
 from cityflow.catalog.orientation import ImageSource
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import tile_at
@@ -98,7 +98,9 @@ def enlarged_survey(survey: Path, out: Path, factor: int) -> None:
             cv2.imwrite(str(target), large, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
     write_colmap(out / "orientation", [enlarged(i, factor) for i in images], model.sparse * factor)
     source = ImageSource(out / "images", {"colmap": out / "orientation"}, gains=False)
-    create_catalog(out / "catalog", images=source, crs="local", title=f"enlarged {factor} times")
+    create_catalog(
+        out / "catalog", SurveyFiles(images=source), crs="local", text=SurveyText(title=f"enlarged {factor} times")
+    )
 
 
 def enlarged(image: OrientedImage, factor: int) -> OrientedImage:

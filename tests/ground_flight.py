@@ -10,7 +10,7 @@ import numpy as np
 
 from adjustment.scenes import rendered_ground
 from cityflow.adjustment.block import rotation_of
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
 from cityflow.catalog.orientation import ImageSource
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.geometry.rotations import from_omega_phi_kappa
@@ -49,7 +49,12 @@ def ground_catalog(folder: Path, images: list[OrientedImage], given: list[Orient
     source = ImageSource(
         folder / "images", {"colmap": folder / "orientation"}, origin=ORIGIN, heights=(-2.0, 2.0), gains=False
     )
-    create_catalog(folder / "catalog", images=source, crs="EPSG:7415", title="ground", date="2026-06-21")
+    create_catalog(
+        folder / "catalog",
+        SurveyFiles(images=source),
+        crs="EPSG:7415",
+        text=SurveyText(title="ground", date="2026-06-21"),
+    )
     return read_catalog(str(folder / "catalog"))
 
 

@@ -10,7 +10,7 @@ import geopandas
 import numpy as np
 import shapely
 
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
 from cityflow.core.grid import Grid
 from cityflow.flow.records import write_record
 from cityflow.flow.store import Store
@@ -80,9 +80,11 @@ def write_catalog(folder: Path) -> Path:
     shapes = geopandas.GeoDataFrame({"id": list(OUTLINES)}, geometry=list(OUTLINES.values()), crs=28992)
     shapes.to_file(folder / "outlines.gpkg")
     create_catalog(
-        folder / "catalog", lidar=[str(las)], orthos=[folder / "ortho.tif"], outlines=folder / "outlines.gpkg",
-        crs="EPSG:7415", id_column="id", title="Painted town", attribution="Nobody",
-    )  # fmt: skip
+        folder / "catalog",
+        SurveyFiles(lidar=[str(las)], orthos=[folder / "ortho.tif"], outlines=folder / "outlines.gpkg", id_column="id"),
+        crs="EPSG:7415",
+        text=SurveyText(title="Painted town", attribution="Nobody"),
+    )
     return folder / "catalog"
 
 

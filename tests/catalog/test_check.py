@@ -12,7 +12,7 @@ import shapely
 from rasterio.transform import from_origin
 
 from cityflow.catalog.check import check_catalog
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
 from cityflow.catalog.findings import CheckReport, Level
 from cityflow.errors import CatalogError
 from survey_files import CORNER, DELFT, houses, points, write_las, write_outlines
@@ -39,7 +39,8 @@ def _survey(folder: Path, **las: Any) -> str:
 
 
 def _checked(folder: Path, **options: Any) -> CheckReport:
-    create_catalog(folder / "c", **{"crs": RD, "attribution": "x", **options})
+    crs, text = options.pop("crs", RD), SurveyText(attribution=options.pop("attribution", "x"))
+    create_catalog(folder / "c", SurveyFiles(**options), crs=crs, text=text)
     return check_catalog(folder / "c")
 
 
@@ -85,7 +86,7 @@ def test_missing_cut_and_changed_files_are_three_things(delft: Path) -> None:
 
 def test_another_file_under_the_same_name(tmp_path: Path) -> None:
     path = _survey(tmp_path)
-    create_catalog(tmp_path / "c", lidar=[path], crs=RD)
+    create_catalog(tmp_path / "c", SurveyFiles(lidar=[path]), crs=RD)
     write_las(Path(path), points(30_000, size=90.0), "EPSG:25831")
     said = _said(check_catalog(tmp_path / "c"), Level.ERROR)
     for word in ("checksum differs", "30,000 points", "extent is not", "UTM zone 31N"):

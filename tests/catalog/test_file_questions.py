@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
 from cityflow.catalog.file_questions import Reading
 from cityflow.catalog.height_ranges import within
 from cityflow.catalog.kept_answers import KeptAnswers
@@ -58,7 +58,13 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def made(out: Path, laz: Path, reading: Reading, images: bool = True) -> dict[str, bytes]:
-    create_catalog(out, lidar=[str(laz)], images=FLIGHT if images else None, crs=CRS_CODE, title="one", reading=reading)
+    create_catalog(
+        out,
+        SurveyFiles(lidar=[str(laz)], images=FLIGHT if images else None),
+        crs=CRS_CODE,
+        reading=reading,
+        text=SurveyText(title="one"),
+    )
     return contents(out)
 
 
@@ -160,7 +166,7 @@ def test_points_in_boxes_are_those_of_a_search_through_all() -> None:
 def test_images_look_at_the_same_points_as_before(tmp_path: Path) -> None:
     from cityflow.catalog.gains import _boxes
 
-    images = create_catalog(tmp_path / "c", images=FLIGHT, crs=CRS_CODE).catalog.images
+    images = create_catalog(tmp_path / "c", SurveyFiles(images=FLIGHT), crs=CRS_CODE).catalog.images
     low, high = (
         np.array([i.bounds for i in images])[:, :2].min(axis=0),
         np.array([i.bounds for i in images])[:, 2:].max(axis=0),

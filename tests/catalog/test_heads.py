@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from cityflow.adjustment.block import Block
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
 from cityflow.catalog.orientation import ImageSource
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.handover.oriented import of_json, to_json
@@ -43,7 +43,12 @@ def _written(folder: Path, images: list[OrientedImage], serials: list[str]) -> P
         heights=(-1.0, 5.0),
         gains=False,
     )
-    create_catalog(folder / "catalog", images=source, crs="EPSG:7415", title="heads", date="2026-06-21")
+    create_catalog(
+        folder / "catalog",
+        SurveyFiles(images=source),
+        crs="EPSG:7415",
+        text=SurveyText(title="heads", date="2026-06-21"),
+    )
     return folder / "catalog"
 
 

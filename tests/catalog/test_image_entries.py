@@ -13,7 +13,7 @@ from rasterio.transform import from_origin
 from scipy.ndimage import gaussian_filter
 
 from cityflow.catalog.check import check_catalog
-from cityflow.catalog.create import CreatedCatalog, create_catalog
+from cityflow.catalog.create import CreatedCatalog, SurveyFiles, SurveyText, create_catalog
 from cityflow.catalog.findings import Level
 from cityflow.catalog.image_files import unit_names
 from cityflow.catalog.orientation import ImageSource, image_source
@@ -76,7 +76,7 @@ def survey(tmp_path: Path) -> Path:
 
 def _made(survey: Path, crs: str = "EPSG:2180", **options: object) -> CreatedCatalog:
     source = ImageSource(survey / "images", {"colmap": survey / "sparse"}, origin=ORIGIN, **options)  # type: ignore[arg-type]
-    return create_catalog(survey / "c", images=source, crs=crs, attribution="x")
+    return create_catalog(survey / "c", SurveyFiles(images=source), crs=crs, text=SurveyText(attribution="x"))
 
 
 def _notes(made: CreatedCatalog) -> str:
@@ -181,7 +181,7 @@ def test_items_follow_the_extension(survey: Path) -> None:
 
 def test_a_forgotten_origin_is_named(survey: Path) -> None:
     made = create_catalog(
-        survey / "c", images=ImageSource(survey / "images", {"colmap": survey / "sparse"}), crs="EPSG:2180"
+        survey / "c", SurveyFiles(images=ImageSource(survey / "images", {"colmap": survey / "sparse"})), crs="EPSG:2180"
     )
     assert "--origin" in _notes(made)
     assert check_catalog(survey / "c").has_errors
@@ -192,7 +192,7 @@ def test_outlines_are_placed_among_footprints(survey: Path) -> None:
     inside, outside = shapely.box(x + 20, y + 10, x + 30, y + 20), shapely.box(x + 5000, y, x + 5010, y + 10)
     outlines = write_outlines(survey / "o.gpkg", [inside, outside], "EPSG:2180")
     source = ImageSource(survey / "images", {"colmap": survey / "sparse"}, origin=ORIGIN)
-    create_catalog(survey / "c", images=source, outlines=outlines, crs="EPSG:2180")
+    create_catalog(survey / "c", SurveyFiles(images=source, outlines=outlines), crs="EPSG:2180")
     report = check_catalog(survey / "c")
     assert not report.has_errors
     assert report.summary["outlines"] == "2, 1 in the survey, 1 outside"
@@ -200,7 +200,7 @@ def test_outlines_are_placed_among_footprints(survey: Path) -> None:
 
 def test_a_copied_catalog_can_be_moved(survey: Path) -> None:
     source = ImageSource(survey / "images", {"colmap": survey / "sparse"}, origin=ORIGIN)
-    create_catalog(survey / "c", images=source, crs="local", copy=True)
+    create_catalog(survey / "c", SurveyFiles(images=source), crs="local", copy=True)
     (survey / "c").rename(survey / "moved")
     for asset in read_catalog(survey / "moved").assets:
         assert Path(asset.href).parent == survey / "moved" / "data"
@@ -285,7 +285,7 @@ def _terrain(path: Path, height: float) -> Path:
 def test_heights_of_another_datum_are_named(survey: Path, height: float, said: bool) -> None:
     source = ImageSource(survey / "images", {"colmap": survey / "sparse"}, origin=ORIGIN)
     dtm = _terrain(survey / "dtm.tif", height)
-    made = create_catalog(survey / "c", images=source, dtm=dtm, crs="EPSG:2180")
+    made = create_catalog(survey / "c", SurveyFiles(images=source, dtm=dtm), crs="EPSG:2180")
     for text in (_notes(made), check_catalog(survey / "c").text()):
         told = re.search(r"points lie ([\d.]+) m above the given heights", text)
         assert (told is not None) is said
@@ -295,7 +295,9 @@ def test_heights_of_another_datum_are_named(survey: Path, height: float, said: b
 def test_terrain_tells_the_heights_where_no_points_do(survey: Path) -> None:
     (survey / "sparse" / "points3D.txt").unlink()
     source = ImageSource(survey / "images", {"colmap": survey / "sparse"}, origin=ORIGIN)
-    made = create_catalog(survey / "c", images=source, dtm=_terrain(survey / "dtm.tif", GROUND), crs="EPSG:2180")
+    made = create_catalog(
+        survey / "c", SurveyFiles(images=source, dtm=_terrain(survey / "dtm.tif", GROUND)), crs="EPSG:2180"
+    )
     for asset in made.catalog.images:
         assert asset.heights[0] < GROUND < GROUND + 90 < asset.heights[1]
 
@@ -311,7 +313,7 @@ def test_grads_given_as_degrees_are_named(survey: Path) -> None:
     for unit in ("grad", "degree"):
         files = {"opk": str(survey / "opk.csv"), "cameras": str(survey / "cameras.json"), "angle_unit": unit}
         source = image_source(survey / "images", files, "340600,548100,0", "55,90")
-        made = create_catalog(survey / "c", images=source, crs="EPSG:2180")
+        made = create_catalog(survey / "c", SurveyFiles(images=source), crs="EPSG:2180")
         assert len(made.catalog.images) == 6
         rotation = made.catalog.images[1].oriented.rotation
         kappa = np.radians(195 if unit == "degree" else 195 * 0.9)
@@ -323,7 +325,7 @@ def test_views_that_do_not_meet_are_named(survey: Path) -> None:
     apart = [OrientedImage(i.name, i.camera, i.rotation, i.centre * (40, 40, 1)) for i in _poses()]
     write_colmap(survey / "sparse", apart, np.empty((0, 3)))
     source = ImageSource(survey / "images", {"colmap": survey / "sparse"}, heights=(55.0, 90.0))
-    made = create_catalog(survey / "c", images=source, crs="local")
+    made = create_catalog(survey / "c", SurveyFiles(images=source), crs="local")
     assert "meet none of" in _notes(made)
     assert "6 images meet no other" in check_catalog(survey / "c").text()
 
@@ -368,11 +370,11 @@ def test_options_that_make_no_sense_are_named(tmp_path: Path) -> None:
     ):
         source = image_source(tmp_path, {"opk": str(tmp_path / "o.csv"), **options})
         with pytest.raises(CatalogError, match=remedy):
-            create_catalog(tmp_path / "c", images=source, crs="local")
+            create_catalog(tmp_path / "c", SurveyFiles(images=source), crs="local")
     with pytest.raises(CatalogError, match="3 numbers"):
         image_source(tmp_path, {"colmap": str(tmp_path)}, "1,2")
     with pytest.raises(CatalogError, match="without orientation"):
-        create_catalog(tmp_path / "c", images=ImageSource(tmp_path), crs="local")
+        create_catalog(tmp_path / "c", SurveyFiles(images=ImageSource(tmp_path)), crs="local")
 
 
 def test_boruszyn_is_whole() -> None:

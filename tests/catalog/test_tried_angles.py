@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from cityflow.catalog.create import CreatedCatalog, create_catalog
+from cityflow.catalog.create import CreatedCatalog, SurveyFiles, SurveyText, create_catalog
 from cityflow.catalog.orientation import ImageSource
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
@@ -66,7 +66,12 @@ def created(
     source = ImageSource(
         pictures, {"opk": folder / "angles.csv"}, {"cameras": str(folder / "cameras.csv"), **(options or {})}, heights=(-2.0, 2.0), gains=False
     )  # fmt: skip
-    return create_catalog(folder / "catalog", images=source, crs="EPSG:7415", title="tilted", date="2026-06-21")
+    return create_catalog(
+        folder / "catalog",
+        SurveyFiles(images=source),
+        crs="EPSG:7415",
+        text=SurveyText(title="tilted", date="2026-06-21"),
+    )
 
 
 def off_deg(made: CreatedCatalog) -> float:

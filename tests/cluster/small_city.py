@@ -23,7 +23,7 @@ from pyproj import CRS
 from rich.console import Console
 
 from cityflow import cli
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
 from cityflow.cli import options
 from cityflow.core.parameters import merged
 from cityflow.core.points import PointCloud
@@ -125,9 +125,11 @@ class SmallCity:
     def describe(self, dtm: Path | None = None) -> None:
         """Make the catalog, or make it again."""
         create_catalog(
-            self.catalog, lidar=[str(self.folder / "lidar")], outlines=self.outlines, dtm=dtm, crs=CRS_CODE,
-            id_column="name", title="Small town", licence="CC0-1.0",
-        )  # fmt: skip
+            self.catalog,
+            SurveyFiles(lidar=[str(self.folder / "lidar")], outlines=self.outlines, dtm=dtm, id_column="name"),
+            crs=CRS_CODE,
+            text=SurveyText(title="Small town", licence="CC0-1.0"),
+        )
 
 
 def make_city(

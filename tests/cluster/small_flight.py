@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from cityflow.catalog.create import CreatedCatalog, create_catalog
+from cityflow.catalog.create import CreatedCatalog, SurveyFiles, SurveyText, create_catalog
 from cityflow.catalog.orientation import ImageSource
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import merged
@@ -70,9 +70,11 @@ class SmallFlight:
     def describe(self, **options: Any) -> CreatedCatalog:
         """Make the catalog, or make it again."""
         return create_catalog(
-            self.catalog, images=self.source(**options), outlines=self.outlines, crs=CRS_CODE, id_column="id",
-            title="Small flight", licence="CC0-1.0", date="2026-06-21",
-        )  # fmt: skip
+            self.catalog,
+            SurveyFiles(images=self.source(**options), outlines=self.outlines, id_column="id"),
+            crs=CRS_CODE,
+            text=SurveyText(title="Small flight", licence="CC0-1.0", date="2026-06-21"),
+        )
 
 
 def make_flight(folder: Path, *, described: bool = True) -> SmallFlight:

@@ -16,7 +16,7 @@ import pytest
 import shapely
 import yaml
 
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
 from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud
 from cityflow.flow.ledger import Ledger
@@ -243,9 +243,11 @@ def given_heights(folder: Path, tops: Mapping[str, float]) -> GivenHeights:
     shapes = [PLACES[name] for name in tops]
     geopandas.GeoDataFrame({"id": list(tops)}, geometry=shapes, crs=28992).to_file(folder / "outlines.gpkg")
     create_catalog(
-        folder / "catalog", dsm=folder / "dsm.tif", outlines=folder / "outlines.gpkg", crs="EPSG:28992", id_column="id",
-        title="Given heights",
-    )  # fmt: skip
+        folder / "catalog",
+        SurveyFiles(dsm=folder / "dsm.tif", outlines=folder / "outlines.gpkg", id_column="id"),
+        crs="EPSG:28992",
+        text=SurveyText(title="Given heights"),
+    )
     workflow = {
         "name": "given_heights",
         "points": {"source": "rasters"},

@@ -11,7 +11,7 @@ import pytest
 import shapely
 from shapely import LineString, Point, box
 
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, create_catalog
 from cityflow.core.grid import Grid
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
@@ -46,7 +46,9 @@ def catalog(tmp_path_factory: pytest.TempPathFactory) -> Path:
     outlines = geopandas.GeoDataFrame({"id": list(GIVEN)}, geometry=list(GIVEN.values()), crs=CRS)
     outlines.to_file(folder / "outlines.gpkg")
     made = folder / "catalog"
-    create_catalog(made, dsm=folder / "dsm.tif", outlines=folder / "outlines.gpkg", crs=CRS, id_column="id")
+    create_catalog(
+        made, SurveyFiles(dsm=folder / "dsm.tif", outlines=folder / "outlines.gpkg", id_column="id"), crs=CRS
+    )
     return made
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pyproj import CRS
 
 from box_rays import through_box
-from cityflow.catalog.create import CreatedCatalog, create_catalog
+from cityflow.catalog.create import CreatedCatalog, SurveyFiles, SurveyText, create_catalog
 from cityflow.catalog.orientation import ImageSource
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.grid import Grid
@@ -193,10 +193,17 @@ class Painted:
         heights = (FLOOR - 1, max(TOPS.values()) + 3)
         source = ImageSource(self.folder / "images", poses, origin=(X, Y, 0), heights=heights)
         return create_catalog(
-            self.catalog, lidar=[str(self.folder / "town.laz")], images=replace(source, **options) if images else None,
-            orthos=[self.folder / "ortho.tif"] if ortho else [], outlines=self.folder / "outlines.gpkg", crs=CRS_CODE,
-            id_column="id", date="2026-06-21",
-        )  # fmt: skip
+            self.catalog,
+            SurveyFiles(
+                lidar=[str(self.folder / "town.laz")],
+                images=replace(source, **options) if images else None,
+                orthos=[self.folder / "ortho.tif"] if ortho else [],
+                outlines=self.folder / "outlines.gpkg",
+                id_column="id",
+            ),
+            crs=CRS_CODE,
+            text=SurveyText(date="2026-06-21"),
+        )
 
 
 def survey_in(folder: Path) -> Painted:

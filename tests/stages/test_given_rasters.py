@@ -11,7 +11,7 @@ import pytest
 import rasterio
 import shapely
 
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, create_catalog
 from cityflow.core.grid import Grid
 from cityflow.errors import CatalogError
 from cityflow.flow.store import Store
@@ -49,9 +49,12 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[tuple[str
     (folder / "ortho.tif").write_bytes(write_cog(red, GRID, reference, nodata=None))
     geopandas.GeoDataFrame({"id": ["a"]}, geometry=[HOUSE], crs=28992).to_file(folder / "outlines.gpkg")
     create_catalog(
-        folder / "catalog", dsm=folder / "dsm.tif", orthos=[folder / "ortho.tif"], outlines=folder / "outlines.gpkg",
-        crs="EPSG:28992", id_column="id",
-    )  # fmt: skip
+        folder / "catalog",
+        SurveyFiles(
+            dsm=folder / "dsm.tif", orthos=[folder / "ortho.tif"], outlines=folder / "outlines.gpkg", id_column="id"
+        ),
+        crs="EPSG:28992",
+    )
     catalog = read_catalog(folder / "catalog")
     source = CitySource(catalog, CityParameters(tiles=TileParameters(tile_m=100)))
     assert source.survey.source.kind == RASTERS

@@ -12,7 +12,7 @@ import shapely
 from shapely import Point, affinity
 
 from cityflow.catalog.check import check_catalog
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, create_catalog
 from cityflow.catalog.findings import Level
 from cityflow.core.grid import Grid
 from cityflow.flow.store import Store
@@ -76,9 +76,15 @@ def catalog(tmp_path_factory: pytest.TempPathFactory) -> Path:
     outlines = geopandas.GeoDataFrame({"id": list(MIDDLES)}, geometry=[_outline(k) for k in MIDDLES], crs=28992)
     outlines.to_file(folder / "outlines.gpkg")
     create_catalog(
-        folder / "catalog", dsm=folder / "dsm.tif", orthos=[folder / "2024.tif", folder / "2021.tif"],
-        outlines=folder / "outlines.gpkg", crs="EPSG:28992", id_column="id",
-    )  # fmt: skip
+        folder / "catalog",
+        SurveyFiles(
+            dsm=folder / "dsm.tif",
+            orthos=[folder / "2024.tif", folder / "2021.tif"],
+            outlines=folder / "outlines.gpkg",
+            id_column="id",
+        ),
+        crs="EPSG:28992",
+    )
     edit = geopandas.GeoDataFrame({"roof_type": ["hip"]}, geometry=[Point(MIDDLES["gable"])], crs=28992)
     edit.to_file(folder / "edits.gpkg", layer="roof_types")
     return folder / "catalog"
@@ -126,9 +132,12 @@ def test_a_roof_type_that_does_not_fit_is_said(catalog: Path, plain: tuple[Path,
 def test_a_grey_ortho_of_sixteen_bits_alone_will_do(catalog: Path, tmp_path: Path) -> None:
     folder = catalog.parent
     create_catalog(
-        tmp_path / "grey", dsm=folder / "dsm.tif", orthos=[folder / "2021.tif"], outlines=folder / "outlines.gpkg",
-        crs="EPSG:28992", id_column="id",
-    )  # fmt: skip
+        tmp_path / "grey",
+        SurveyFiles(
+            dsm=folder / "dsm.tif", orthos=[folder / "2021.tif"], outlines=folder / "outlines.gpkg", id_column="id"
+        ),
+        crs="EPSG:28992",
+    )
     found = _records(tmp_path / "grey", tmp_path / "run", [])
     assert found["reconstruct", "gable"].result["roof_type"] == "gable"
     assert not [f for f in check_catalog(tmp_path / "grey").findings if f.level is Level.ERROR]

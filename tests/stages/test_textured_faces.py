@@ -14,7 +14,7 @@ import pytest
 import shapely
 from numpy.typing import NDArray
 
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, create_catalog
 from cityflow.core.building import Lod
 from cityflow.core.grid import Grid
 from cityflow.core.texture import FIRST_IMAGE
@@ -66,9 +66,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     outlines = geopandas.GeoDataFrame({"id": list(HOUSES)}, geometry=[h[0] for h in HOUSES.values()], crs=28992)
     outlines.to_file(made / "outlines.gpkg")
     create_catalog(
-        made / "catalog", dsm=made / "dsm.tif", orthos=[made / "ortho.tif"], outlines=made / "outlines.gpkg",
-        crs="EPSG:28992", id_column="id",
-    )  # fmt: skip
+        made / "catalog",
+        SurveyFiles(dsm=made / "dsm.tif", orthos=[made / "ortho.tif"], outlines=made / "outlines.gpkg", id_column="id"),
+        crs="EPSG:28992",
+    )
     return made
 
 
@@ -162,9 +163,12 @@ def test_an_ortho_that_ends_within_a_unit_leaves_it_plain(folder: Path, tmp_path
     data = np.where(np.isfinite(colours), np.clip(colours, 1, 255), 0).astype(np.uint8)
     (tmp_path / "ortho.tif").write_bytes(write_cog(data, grid, resolve("EPSG:28992"), nodata=0))
     create_catalog(
-        tmp_path / "catalog", dsm=folder / "dsm.tif", orthos=[tmp_path / "ortho.tif"], outlines=folder / "outlines.gpkg",
-        crs="EPSG:28992", id_column="id",
-    )  # fmt: skip
+        tmp_path / "catalog",
+        SurveyFiles(
+            dsm=folder / "dsm.tif", orthos=[tmp_path / "ortho.tif"], outlines=folder / "outlines.gpkg", id_column="id"
+        ),
+        crs="EPSG:28992",
+    )
     records = run_all(_source(tmp_path), Store.open(tmp_path / "run"))
     assert records["texture", "far"].result["textured"] == 0
     assert records["texture", "a"].result["textured"] > 0

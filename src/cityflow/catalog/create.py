@@ -46,23 +46,47 @@ class CreatedCatalog:
     notes: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class SurveyFiles:
+    """What a catalog is made of.
+
+    Attributes
+    ----------
+    lidar : paths, folders, globs or URLs of LAS and LAZ files
+    images : where oriented images and their orientation are
+    outlines : polygons in any format that GDAL reads, in any CRS
+    dsm, dtm : rasters
+    orthos : orthophotos, one for each epoch
+    id_column, id_format, layer : of the outlines, see `io.tables.outline_file.read_outlines`
+    """
+
+    lidar: Sequence[str] = ()
+    images: ImageSource | None = None
+    outlines: str | Path | None = None
+    dsm: str | Path | None = None
+    dtm: str | Path | None = None
+    orthos: Sequence[str | Path] = ()
+    id_column: str | None = None
+    id_format: str | None = None
+    layer: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SurveyText:
+    """What a catalog tells of its survey; `date`: ISO day, empty takes the dates of the LiDAR headers."""
+
+    title: str = ""
+    licence: str = ""
+    attribution: str = ""
+    date: str = ""
+
+
 def create_catalog(
     out: str | Path,
+    files: SurveyFiles,
     *,
-    lidar: Sequence[str] = (),
-    images: ImageSource | None = None,
-    outlines: str | Path | None = None,
-    dsm: str | Path | None = None,
-    dtm: str | Path | None = None,
-    orthos: Sequence[str | Path] = (),
     crs: str | None = None,
-    id_column: str | None = None,
-    id_format: str | None = None,
-    layer: str | None = None,
-    title: str = "",
-    licence: str = "",
-    attribution: str = "",
-    date: str = "",
+    text: SurveyText = SurveyText(),
     copy: bool = False,
     reading: Reading | None = None,
     orientation: OrientationFigures | None = None,
@@ -72,14 +96,8 @@ def create_catalog(
     Parameters
     ----------
     out : a new or empty folder, or one with a catalog, which is replaced; other files in it stay
-    lidar : paths, folders, globs or URLs of LAS and LAZ files
-    images : where oriented images and their orientation are
-    outlines : polygons in any format that GDAL reads, in any CRS
-    dsm, dtm : rasters
-    orthos : orthophotos, one for each epoch
+    files, text : what it is made of, and what it tells of the survey
     crs : ``EPSG:n`` or ``local``; None takes what the LiDAR files say
-    id_column, id_format, layer : see `io.tables.outline_file.read_outlines`
-    date : ISO day of the survey; empty takes the dates of the LiDAR headers
     copy : put copies of the files beside the catalog instead of referring to them
     orientation : what has been found of the images, for the catalog to keep
     reading : where files are read; one after another in this process where it is not given. The catalog does not depend on it
@@ -92,11 +110,11 @@ def create_catalog(
     """
     target, reading = Path(out), reading or Reading()
     refuse_foreign_folder(target)
-    files = _read_lidar(lidar_files(lidar), reading)
-    headers = [file.contents.header for file in files]
-    heights = {kind: path for kind, path in (("dsm", dsm), ("dtm", dtm)) if path is not None}
-    given = {**heights, **{"ortho" if k == 1 else f"ortho-{k}": path for k, path in enumerate(orthos, 1)}}
-    if not headers and not given and images is None:
+    lidar = _read_lidar(lidar_files(files.lidar), reading)
+    headers = [file.contents.header for file in lidar]
+    heights = {kind: path for kind, path in (("dsm", files.dsm), ("dtm", files.dtm)) if path is not None}
+    given = {**heights, **{"ortho" if k == 1 else f"ortho-{k}": path for k, path in enumerate(files.orthos, 1)}}
+    if not headers and not given and files.images is None:
         raise CatalogError(
             "no LiDAR file, no image and no raster is given",
             where=str(out),
@@ -105,22 +123,23 @@ def create_catalog(
     reference, notes = common_reference(headers, crs)
     catalog = Catalog(
         href=target.absolute().as_posix(),
-        title=title or target.absolute().name,
+        title=text.title or target.absolute().name,
         reference=reference,
-        licence=licence or "other",
-        attribution=attribution,
-        lidar=_lidar_assets(files, date),
-        rasters=_raster_assets(given, reference, date, notes, reading),
+        licence=text.licence or "other",
+        attribution=text.attribution,
+        lidar=_lidar_assets(lidar, text.date),
+        rasters=_raster_assets(given, reference, text.date, notes, reading),
         orientation=orientation,
     )
     made: dict[str, bytes] = {}
-    if images is not None:
-        found_images = described_images(images, catalog, date, reading)
+    if files.images is not None:
+        found_images = described_images(files.images, catalog, text.date, reading)
         notes += found_images.notes
         made = found_images.made
         catalog = replace(catalog, images=found_images.images, sparse=found_images.sparse)
-    if outlines is not None:
-        found = OutlineAsset(OUTLINES, str(outlines), "", 0, catalog.bounds, 0, id_column, id_format, layer, date)
+    if files.outlines is not None:
+        named = files.id_column, files.id_format, files.layer
+        found = OutlineAsset(OUTLINES, str(files.outlines), "", 0, catalog.bounds, 0, *named, text.date)
         catalog = replace(catalog, outlines=_described(found, reference, notes, reading))
     return CreatedCatalog(store_catalog(catalog, target, copy, made), tuple(notes))
 

@@ -108,7 +108,7 @@ def catalog_create(
     workers: CatalogWorkersOption = 0,
 ) -> None:
     """Make a catalog from files. Headers, digests and colours of files are read by Dask tasks; what was read is kept for the next time."""
-    from cityflow.catalog.create import create_catalog
+    from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
     from cityflow.catalog.orientation import image_source
     from cityflow.workflow.catalog_reading import reading_files
 
@@ -117,12 +117,23 @@ def catalog_create(
     folder = Path(here(str(images))) if images is not None else None
     with reading_files(scheduler, workers, options.console, kept_beside=out) as reading:
         made = create_catalog(
-            out, lidar=[here(p) for p in lidar or []], images=image_source(folder, orientation, origin, heights, gains),
-            outlines=outlines and here(str(outlines)), dsm=dsm and here(str(dsm)), dtm=dtm and here(str(dtm)),
-            orthos=[here(str(p)) for p in ortho or ()], crs=crs or None,
-            id_column=id_column or None, id_format=id_format or None, layer=layer or None, title=title,
-            licence=licence, attribution=attribution, date=date, copy=copy, reading=reading,
-        )  # fmt: skip
+            out,
+            SurveyFiles(
+                lidar=[here(p) for p in lidar or []],
+                images=image_source(folder, orientation, origin, heights, gains),
+                outlines=outlines and here(str(outlines)),
+                dsm=dsm and here(str(dsm)),
+                dtm=dtm and here(str(dtm)),
+                orthos=[here(str(p)) for p in ortho or ()],
+                id_column=id_column or None,
+                id_format=id_format or None,
+                layer=layer or None,
+            ),
+            crs=crs or None,
+            copy=copy,
+            reading=reading,
+            text=SurveyText(title=title, licence=licence, attribution=attribution, date=date),
+        )
     for note in made.notes:
         options.console.print(f"Note: {note}", markup=False, highlight=False, soft_wrap=True)
     options.console.print(

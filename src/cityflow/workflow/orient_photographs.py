@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from rich.console import Console
 
 from cityflow.adjustment.mapping import MappedModel
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
 from cityflow.catalog.image_files import ImageFiles
 from cityflow.catalog.orientation import ImageSource
 from cityflow.catalog.photo_folder import PhotoFolder, photo_folder
@@ -102,9 +102,13 @@ def orient_photographs(
     report = _report(found, models, put, record.result, left_out)
     with reading_files(scheduler, workers, console, kept_beside=out) as reading:
         made = create_catalog(
-            out, images=replace(source, folder=folder), crs=put.crs, title=out.absolute().name, reading=reading,
+            out,
+            SurveyFiles(images=replace(source, folder=folder)),
+            crs=put.crs,
+            reading=reading,
             orientation=orientation_figures(report),
-        )  # fmt: skip
+            text=SurveyText(title=out.absolute().name),
+        )
     ties = TiePoints(put.xyz, model.lengths[kept].astype(np.float64), model.errors_px[kept])
     places = {p.name: p.xyz for p in control[0].points} if control is not None else {}
     write_orientation_report(out, Oriented(report, made.catalog, ties, places=places))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
 from cityflow.catalog.orientation import ImageSource
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
@@ -42,9 +42,11 @@ def describe_survey(out: Path, source: SynthSource) -> tuple[str, ...]:
     scans = [str(out / "lidar")] if p.lidar is not None else []
     column, layer = ("id", "outlines") if outlines else (None, None)
     made = create_catalog(
-        out / "catalog", lidar=scans, images=images, outlines=outlines, crs=p.crs, id_column=column, layer=layer,
-        title=TITLE.format(p.seed), licence=LICENCE, attribution=MADE_BY, date=DAY,
-    )  # fmt: skip
+        out / "catalog",
+        SurveyFiles(lidar=scans, images=images, outlines=outlines, id_column=column, layer=layer),
+        crs=p.crs,
+        text=SurveyText(title=TITLE.format(p.seed), licence=LICENCE, attribution=MADE_BY, date=DAY),
+    )
     nothing = () if outlines else ("no whole building stands in the area: the catalog has no outlines",)
     return (*nothing, *made.notes)
 
