@@ -42,6 +42,8 @@ def _words(name: str) -> set[str]:
 
 def _old(path: str, text: str) -> set[str]:
     refused = OLD.union(*(words for folder, words in OLD_IN.items() if path.startswith(f"{folder}/")))
+    if not re.search("|".join(sorted(refused)), text, re.IGNORECASE):
+        return set()  # most files need not be parsed
     return {f"{path}: {name}" for name in set(_names(text)) if _words(name) & refused}
 
 

@@ -258,10 +258,8 @@ def _what_it_shows(city: City, tile: str) -> Iterable[Node]:
     if tile not in city.tile_names:
         return []
     survey, own = city.survey, city.chosen[tile]
-    models = [
-        *(("surface", t) for t in survey.lattice.ring(tile)),
-        *(("reconstruct", u) for u in _units_shown(city, tile)),
-    ]
+    surfaces = [("surface", t) for t in survey.lattice.ring(tile)]
+    models = [*surfaces, *(("reconstruct", u) for u in _units_shown(city, tile))]
     under = [("ortho", tile)] if survey.source.kind == IMAGES else []
     if not survey.textures:
         return [*models, *under]
@@ -293,7 +291,7 @@ STAGE = Stage(
     ),
     needs=(_parts, _units_of_ring, _units_beside, _what_it_shows),
     task=_task,
-    asked=lambda city, name: city.exports(name),
+    asked=City.exports,
     starts=lambda _, ended: [ended[1]] if ended[1] and not ended[0] else (),
     count=lambda city: len(city.tiles) + len(city.districts.parts),
     parameters=(ExportParameters,),
