@@ -9,6 +9,10 @@ from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Grid
 from cityflow.core.kernels import njit
 
+N, X, Y, Z, XX, XY, YY, XZ, YZ = range(9)
+"""Columns of the sums of a cell: number of points, their coordinates, products of these."""
+SUMS = 9
+
 
 def terrain_from_points(xyz: FloatArray, grid: Grid) -> FloatArray:
     """(rows, cols) terrain height at cell centres from ground points (N, 3).
@@ -36,19 +40,19 @@ def plane_heights(xyz: FloatArray, grid: Grid, half: int = 1) -> FloatArray:
 
 @njit(cache=True, nogil=True)
 def _moments(cell: IntArray, x: FloatArray, y: FloatArray, z: FloatArray, size: int) -> FloatArray:
-    """Per cell: n, x, y, z, xx, xy, yy, xz, yz summed, with x, y from the cell's own centre in cells."""
-    sums = np.zeros((size, 9))
+    """(size, 9) sums of each cell, with x, y from its own centre in cells."""
+    sums = np.zeros((size, SUMS))
     for i in range(len(cell)):
         s = sums[cell[i]]
-        s[0] += 1
-        s[1] += x[i]
-        s[2] += y[i]
-        s[3] += z[i]
-        s[4] += x[i] * x[i]
-        s[5] += x[i] * y[i]
-        s[6] += y[i] * y[i]
-        s[7] += x[i] * z[i]
-        s[8] += y[i] * z[i]
+        s[N] += 1
+        s[X] += x[i]
+        s[Y] += y[i]
+        s[Z] += z[i]
+        s[XX] += x[i] * x[i]
+        s[XY] += x[i] * y[i]
+        s[YY] += y[i] * y[i]
+        s[XZ] += x[i] * z[i]
+        s[YZ] += y[i] * z[i]
     return sums
 
 
@@ -56,38 +60,38 @@ def _moments(cell: IntArray, x: FloatArray, y: FloatArray, z: FloatArray, size: 
 def _fit_planes(sums: FloatArray, half: int) -> FloatArray:
     rows, cols = sums.shape[0], sums.shape[1]
     out = np.full((rows, cols), np.nan)
-    t = np.empty(9)
+    t = np.empty(SUMS)
     for r in range(rows):
         for c in range(cols):
             t[:] = 0
             for i in range(max(r - half, 0), min(r + half + 1, rows)):
                 for j in range(max(c - half, 0), min(c + half + 1, cols)):
                     s, d_x, d_y = sums[i, j], j - c, i - r
-                    if s[0] == 0:
+                    if s[N] == 0:
                         continue
-                    t[0] += s[0]
-                    t[1] += s[1] + d_x * s[0]
-                    t[2] += s[2] + d_y * s[0]
-                    t[3] += s[3]
-                    t[4] += s[4] + 2 * d_x * s[1] + d_x * d_x * s[0]
-                    t[5] += s[5] + d_x * s[2] + d_y * s[1] + d_x * d_y * s[0]
-                    t[6] += s[6] + 2 * d_y * s[2] + d_y * d_y * s[0]
-                    t[7] += s[7] + d_x * s[3]
-                    t[8] += s[8] + d_y * s[3]
+                    t[N] += s[N]
+                    t[X] += s[X] + d_x * s[N]
+                    t[Y] += s[Y] + d_y * s[N]
+                    t[Z] += s[Z]
+                    t[XX] += s[XX] + 2 * d_x * s[X] + d_x * d_x * s[N]
+                    t[XY] += s[XY] + d_x * s[Y] + d_y * s[X] + d_x * d_y * s[N]
+                    t[YY] += s[YY] + 2 * d_y * s[Y] + d_y * d_y * s[N]
+                    t[XZ] += s[XZ] + d_x * s[Z]
+                    t[YZ] += s[YZ] + d_y * s[Z]
             out[r, c] = _height_at_centre(t)
     return out
 
 
 @njit(cache=True, nogil=True)
 def _height_at_centre(t: FloatArray) -> float:
-    n = t[0]
+    n = t[N]
     if n < 1:
         return np.nan
-    m_x, m_y, m_z = t[1] / n, t[2] / n, t[3] / n
+    m_x, m_y, m_z = t[X] / n, t[Y] / n, t[Z] / n
     if n < 4:
         return m_z if m_x * m_x + m_y * m_y < 0.12 else np.nan
-    a, b, d = t[4] / n - m_x * m_x, t[5] / n - m_x * m_y, t[6] / n - m_y * m_y
-    e, f = t[7] / n - m_x * m_z, t[8] / n - m_y * m_z
+    a, b, d = t[XX] / n - m_x * m_x, t[XY] / n - m_x * m_y, t[YY] / n - m_y * m_y
+    e, f = t[XZ] / n - m_x * m_z, t[YZ] / n - m_y * m_z
     det = a * d - b * b
     if m_x * m_x + m_y * m_y > 1.2:
         return np.nan

@@ -14,6 +14,11 @@ from cityflow.core.kernels import njit
 BEYOND = 1.05
 """Distortion is trusted this much farther out than the image's corners: beyond, its polynomial may fold back into the image."""
 
+K1, K2, P1, P2, K3, K4, K5, K6 = range(8)
+"""Columns of the distortion of a perspective camera (OpenCV's order)."""
+F1, F2, F3, F4 = range(4)
+"""Those of a fisheye lens."""
+
 
 class Cameras(NamedTuple):
     """Of N images.
@@ -102,11 +107,11 @@ def project(cameras, i, x, y, z):  # type: ignore[no-untyped-def]
         if off > 1e-12:
             t = np.arctan(off)
             t2 = t * t
-            scale = t * (1 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3])))) / off
+            scale = t * (1 + t2 * (k[F1] + t2 * (k[F2] + t2 * (k[F3] + t2 * k[F4])))) / off
             a, b = a * scale, b * scale
     else:
-        radial = (1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) / (1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])))
-        p1, p2 = k[2], k[3]
+        radial = (1 + r2 * (k[K1] + r2 * (k[K2] + r2 * k[K3]))) / (1 + r2 * (k[K4] + r2 * (k[K5] + r2 * k[K6])))
+        p1, p2 = k[P1], k[P2]
         a, b = (
             a * radial + 2 * p1 * a * b + p2 * (r2 + 2 * a * a),
             b * radial + p1 * (r2 + 2 * b * b) + 2 * p2 * a * b,

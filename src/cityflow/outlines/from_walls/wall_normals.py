@@ -22,6 +22,11 @@ REACH = 3.0
 """Neighbours further from the plane than so many bands have no say."""
 RIDGE_M2 = 1e-3
 """Keeps the adjustment solvable where neighbours stand in one column."""
+X, Y, Z, SCATTER, SHARE, OFFSET = range(6)
+"""Columns of what is found: the normal, and what `Normals` has of it; coordinates of points have the first three."""
+FOUND = 6
+POINTS = 2
+"""Column of the means of voxels over each other: number of points, after x and y."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,11 +68,11 @@ def normals(voxels: Voxels, columns: Columns, radius: float, band: float, least:
     least : fewest neighbours
     """
     n = len(voxels)
-    out = np.full((n, 6), np.nan, np.float32)
+    out = np.full((n, FOUND), np.nan, np.float32)
     angles = np.arange(DIRECTIONS) * np.pi / DIRECTIONS
     votes = np.column_stack([np.cos(angles), np.sin(angles)])
     _planes(Neighbourhoods.of(voxels, columns, radius), band, least, votes, out)
-    return Normals(out[:, :3], out[:, 3], out[:, 4], out[:, 5])
+    return Normals(out[:, :SCATTER], out[:, SCATTER], out[:, SHARE], out[:, OFFSET])
 
 
 @njit(cache=True, nogil=True)
@@ -102,14 +107,14 @@ def _planes(around: Neighbourhoods, band: float, least: int, votes: FloatArray, 
                 begin = count
                 x, y = 0.0, 0.0
                 for j in range(start[r * cols + c], start[r * cols + c + 1]):
-                    dx, dy, dz = xyz[j, 0] - xyz[v, 0], xyz[j, 1] - xyz[v, 1], xyz[j, 2] - xyz[v, 2]
+                    dx, dy, dz = xyz[j, X] - xyz[v, X], xyz[j, Y] - xyz[v, Y], xyz[j, Z] - xyz[v, Z]
                     if abs(dz) <= radius and dx * dx + dy * dy <= radius * radius:
-                        near[count, 0], near[count, 1], near[count, 2] = dx, dy, dz
+                        near[count, X], near[count, Y], near[count, Z] = dx, dy, dz
                         x += dx
                         y += dy
                         count += 1
                 if count > begin:
-                    column[held, 0], column[held, 1], column[held, 2] = (
+                    column[held, X], column[held, Y], column[held, POINTS] = (
                         x / (count - begin),
                         y / (count - begin),
                         count - begin,
@@ -129,11 +134,11 @@ def _voted(column: FloatArray, votes: FloatArray, band: float) -> tuple[float, f
     for k in range(len(votes)):
         total = 0.0
         for j in range(len(column)):
-            d = votes[k, 0] * column[j, 0] + votes[k, 1] * column[j, 1]
-            total += column[j, 2] * max(0.0, 1.0 - d * d / reach)
+            d = votes[k, X] * column[j, X] + votes[k, Y] * column[j, Y]
+            total += column[j, POINTS] * max(0.0, 1.0 - d * d / reach)
         if total > best:
             best, found = total, k
-    return votes[found, 0], votes[found, 1]
+    return votes[found, X], votes[found, Y]
 
 
 @njit(cache=True, nogil=True)
@@ -147,7 +152,7 @@ def _adjusted(near: FloatArray, nx: float, ny: float, band: float, out: Float32A
     for _ in range(ITERATIONS):
         w, wu, wz, wv, wuu, wuz, wzz, wuv, wzv = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(len(near)):
-            u, v, z = near[j, 1] * nx - near[j, 0] * ny, near[j, 0] * nx + near[j, 1] * ny, near[j, 2]
+            u, v, z = near[j, Y] * nx - near[j, X] * ny, near[j, X] * nx + near[j, Y] * ny, near[j, Z]
             d = v - a - b * u - c * z
             part = max(0.0, 1.0 - d * d * least) ** 2
             w, wu, wz, wv = w + part, wu + part * u, wz + part * z, wv + part * v
@@ -165,12 +170,12 @@ def _adjusted(near: FloatArray, nx: float, ny: float, band: float, out: Float32A
     length = np.sqrt(1.0 + b * b + c * c)
     total, square = 0.0, 0.0
     for j in range(len(near)):
-        u, v, z = near[j, 1] * nx - near[j, 0] * ny, near[j, 0] * nx + near[j, 1] * ny, near[j, 2]
+        u, v, z = near[j, Y] * nx - near[j, X] * ny, near[j, X] * nx + near[j, Y] * ny, near[j, Z]
         d = (v - a - b * u - c * z) / length
         if abs(d) <= 2.0 * band:
             total += 1.0
             square += d * d
-    out[0], out[1], out[2] = (nx + b * ny) / length, (ny - b * nx) / length, -c / length
-    out[3] = np.sqrt(square / max(total, 1.0))
-    out[4] = total / len(near)
-    out[5] = -a / length
+    out[X], out[Y], out[Z] = (nx + b * ny) / length, (ny - b * nx) / length, -c / length
+    out[SCATTER] = np.sqrt(square / max(total, 1.0))
+    out[SHARE] = total / len(near)
+    out[OFFSET] = -a / length

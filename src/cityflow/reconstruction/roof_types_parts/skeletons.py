@@ -21,6 +21,10 @@ from cityflow.core.roof_type_names import RoofType
 
 D0, D1, R2, R3, S2, S3, BEND, BEND_T = range(8)
 """Places of a shape's numbers: ridge distances (m), runs of the ends (m), their starts (share), bend of f (at share, to share)."""
+FRONT, BACK, LEFT = range(3)
+"""Sides of a part, and columns of the distances to them; the right one comes after the left."""
+NX, NY, C = range(3)
+"""Columns of a side: its normal, and the distance of the origin."""
 
 DOME_RINGS = 3
 """Rings of planes that a dome becomes; set by hand."""
@@ -28,11 +32,11 @@ DOME_RINGS = 3
 
 @njit(cache=True, nogil=True)
 def _meet(a: FloatArray, b: FloatArray) -> tuple[float, float]:
-    """Where two lines a·(x, y) = a[2] meet."""
-    det = a[0] * b[1] - a[1] * b[0]
+    """Where two lines nx·x + ny·y = c meet."""
+    det = a[NX] * b[NY] - a[NY] * b[NX]
     if abs(det) < 1e-9:
         return np.nan, np.nan
-    return (a[2] * b[1] - a[1] * b[2]) / det, (a[0] * b[2] - a[2] * b[0]) / det
+    return (a[C] * b[NY] - a[NY] * b[C]) / det, (a[NX] * b[C] - a[C] * b[NX]) / det
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ class Quad:
 
     def distances(self, xy: FloatArray) -> FloatArray:
         """(N, 4) distances inwards from every side."""
-        return np.ascontiguousarray(xy @ self.sides[:, :2].T - self.sides[:, 2])
+        return np.ascontiguousarray(xy @ self.sides[:, :C].T - self.sides[:, C])
 
     def ring(self) -> FloatArray:
         """(4, 2) corners, counter-clockwise."""
@@ -119,12 +123,12 @@ def ridge_heights(shape: FloatArray, d: FloatArray) -> FloatArray:
     """(S,) t of the family at places with (S, 4) distances to the sides."""
     t = np.empty(len(d))
     for i in range(len(d)):
-        low = min(d[i, 0] / shape[0], d[i, 1] / shape[1])
+        low = min(d[i, FRONT] / shape[D0], d[i, BACK] / shape[D1])
         for end in range(2):
-            s = shape[4 + end]
+            s = shape[S2 + end]
             if s < 1.0:
-                low = min(low, s + (1.0 - s) * d[i, 2 + end] / shape[2 + end])
-        q, g = shape[6], shape[7]
+                low = min(low, s + (1.0 - s) * d[i, LEFT + end] / shape[R2 + end])
+        q, g = shape[BEND], shape[BEND_T]
         if q < 1.0:
             low = min(low * g / q, g + (low - q) * (1.0 - g) / (1.0 - q))
         t[i] = low
@@ -134,13 +138,13 @@ def ridge_heights(shape: FloatArray, d: FloatArray) -> FloatArray:
 def tooth_heights(d: FloatArray, length: float, teeth: int) -> FloatArray:
     """(S,) t of sheds side by side from left to right, each rising from 0 to 1."""
     pitch = length / teeth
-    at = np.clip(d[:, 2] / pitch, 0, teeth - 1e-9)
+    at = np.clip(d[:, LEFT] / pitch, 0, teeth - 1e-9)
     return np.asarray(at - np.floor(at))
 
 
 def round_heights(xy: FloatArray, rim: FloatArray, dome: bool) -> FloatArray:
     """(N,) t of a cone or of half an ellipsoid over a round outline."""
-    t = (xy @ rim[:, :2].T - rim[:, 2]).min(axis=1)
+    t = (xy @ rim[:, :C].T - rim[:, C]).min(axis=1)
     return np.asarray(np.sqrt(np.maximum(1 - (1 - np.maximum(t, 0)) ** 2, 0)) if dome else t)
 
 
@@ -151,7 +155,7 @@ def shape_heights(skeleton: Skeleton, xy: FloatArray) -> FloatArray:
     if kind is RoofType.FLAT:
         return np.zeros(len(xy))
     if kind is RoofType.SHED:
-        return np.asarray(d[:, 0] / skeleton.quad.width)
+        return np.asarray(d[:, FRONT] / skeleton.quad.width)
     if kind is RoofType.SAWTOOTH:
         return tooth_heights(d, skeleton.quad.length, skeleton.teeth)
     if kind in (RoofType.CONE, RoofType.DOME):
@@ -163,32 +167,32 @@ def shape_heights(skeleton: Skeleton, xy: FloatArray) -> FloatArray:
 def skeleton_edges(shape: FloatArray, sides: FloatArray) -> FloatArray:
     """(E, 4) x, y of start and end of the skeleton's edges: ridge, hips, bends."""
     edges = np.full((9, 4), np.nan)
-    ridge = sides[0] / shape[0] - sides[1] / shape[1]
+    ridge = sides[FRONT] / shape[D0] - sides[BACK] / shape[D1]
     count = 1
     for end in range(2):
-        s, side = shape[4 + end], sides[2 + end]
+        s, side = shape[S2 + end], sides[LEFT + end]
         top = side.copy()
         if s < 1.0:
-            top = sides[0] / shape[0] - (1.0 - s) / shape[2 + end] * side
-            top[2] += s
+            top = sides[FRONT] / shape[D0] - (1.0 - s) / shape[R2 + end] * side
+            top[C] += s
         x, y = _meet(ridge, top)
         edges[0, 2 * end], edges[0, 2 * end + 1] = x, y
         if s < 1.0:
             for k in range(2):
                 start = sides[k].copy()
-                start[2] += s * shape[k]
+                start[C] += s * shape[D0 + k]
                 edges[count, 0], edges[count, 1] = x, y
                 edges[count, 2], edges[count, 3] = _meet(start, side)
                 count += 1
-    if shape[6] < 1.0:
+    if shape[BEND] < 1.0:
         for k in range(2):
             bend = sides[k].copy()
-            bend[2] += shape[6] * shape[k]
+            bend[C] += shape[BEND] * shape[D0 + k]
             for end in range(2):
-                stop = sides[2 + end].copy()
-                s = shape[4 + end]
+                stop = sides[LEFT + end].copy()
+                s = shape[S2 + end]
                 if s < 1.0:
-                    stop[2] += max(shape[6] - s, 0.0) / (1.0 - s) * shape[2 + end]
+                    stop[C] += max(shape[BEND] - s, 0.0) / (1.0 - s) * shape[R2 + end]
                 edges[count, 2 * end], edges[count, 2 * end + 1] = _meet(bend, stop)
             count += 1
     return edges[:count]
@@ -214,23 +218,23 @@ def plane_groups(skeleton: Skeleton) -> list[tuple[FloatArray, FloatArray | None
 def _raised(t: FloatArray, skeleton: Skeleton) -> FloatArray:
     """Planes a, b, c of heights from rows nx, ny, c of t = nx·x + ny·y − c."""
     planes = skeleton.rise * t * np.array([1.0, 1.0, -1.0])
-    planes[:, 2] += skeleton.eave
+    planes[:, C] += skeleton.eave
     return planes
 
 
 def _family_planes(shape: FloatArray, sides: FloatArray) -> FloatArray:
     """(P, 3) rows nx, ny, c of t = nx·x + ny·y − c; t is the lowest."""
-    rows = [sides[0] / shape[D0], sides[1] / shape[D1]]
+    rows = [sides[FRONT] / shape[D0], sides[BACK] / shape[D1]]
     for end in range(2):
         s = shape[S2 + end]
         if s < 1.0:
-            rows.append((1 - s) / shape[R2 + end] * sides[2 + end] - np.array([0, 0, s]))
+            rows.append((1 - s) / shape[R2 + end] * sides[LEFT + end] - np.array([0, 0, s]))
     t = np.array(rows)
     q, g = shape[BEND], shape[BEND_T]
     if q >= 1.0:
         return t
     steep, gentle = t * (g / q), t * ((1 - g) / (1 - q))
-    gentle[:, 2] -= g - q * (1 - g) / (1 - q)
+    gentle[:, C] -= g - q * (1 - g) / (1 - q)
     return np.concatenate([steep, gentle])
 
 
@@ -238,8 +242,11 @@ def _teeth(skeleton: Skeleton) -> list[tuple[FloatArray, FloatArray | None, bool
     quad, pitch = skeleton.quad, skeleton.quad.length / skeleton.teeth
     groups: list[tuple[FloatArray, FloatArray | None, bool]] = []
     for k in range(skeleton.teeth):
-        row = quad.sides[2] / pitch + np.array([0, 0, k])
-        low, high = quad.sides[2] + np.array([0, 0, k * pitch]), -quad.sides[2] - np.array([0, 0, (k + 1) * pitch])
+        row = quad.sides[LEFT] / pitch + np.array([0, 0, k])
+        low, high = (
+            quad.sides[LEFT] + np.array([0, 0, k * pitch]),
+            -quad.sides[LEFT] - np.array([0, 0, (k + 1) * pitch]),
+        )
         reach = [low] if k else []
         reach += [high] if k < skeleton.teeth - 1 else []
         groups.append((_raised(row[None], skeleton), np.array(reach), False))
