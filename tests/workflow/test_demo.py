@@ -13,6 +13,7 @@ from cityflow.core.control_points import Role
 from cityflow.errors import WorkflowError
 from cityflow.io.control_points.read_points import read_control_points
 from cityflow.runs.prepare import prepared
+from cityflow.runs.request import Request
 from cityflow.workflow import demo
 
 
@@ -59,12 +60,10 @@ def test_each_city_is_made_in_its_folder_and_said_with_its_verdict(
 ) -> None:
     ran: list[tuple[str, str, str]] = []
 
-    def run_workflow(
-        workflow: Path, catalog: str, out: str, _set: object, aoi: str, scheduler: str, *_: object
-    ) -> None:
-        ran.append((workflow.name, Path(catalog).name, aoi))
+    def run_workflow(asked: Request, scheduler: str, *_: object) -> None:
+        ran.append((asked.workflow.name, Path(asked.catalog).name, asked.aoi))
         assert scheduler.startswith("tcp://")
-        data = Path(out) / "view" / "data"
+        data = Path(asked.out) / "view" / "data"
         data.mkdir(parents=True)
         (data / "city.json").write_text(json.dumps({"verdict": f"{Status.DONE}: 7 of 7"}))
 

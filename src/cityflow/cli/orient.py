@@ -74,12 +74,12 @@ def orient(
         asked = photo_parameters(settings or [])
         orient_photographs(Path(catalog), out, folder, placing, asked, scheduler, workers, options.console)
         if city:
-            from cityflow.flow.talk import Talk
+            from cityflow.runs.request import Request
             from cityflow.workflow.demo import project_file
             from cityflow.workflow.run import run_workflow
 
             file = workflow or project_file(PHOTOS_CITY)
-            run_workflow(file, str(out), city, (), "", scheduler, workers, options.console, Talk.NORMAL)
+            run_workflow(Request(file, str(out), city), scheduler, workers, options.console)
         return
     look_at_catalog(catalog)
     if scale or local or crs or city or workflow:

@@ -61,23 +61,11 @@ def run(
     name = look_at_workflow(workflow, settings or [], catalog)
     look_at_scheduler(scheduler)
     folder = out or agreed_folder(name, yes, options.console)
-    from cityflow.workflow.run import run_workflow
+    from cityflow.runs.request import Request
+    from cityflow.workflow.run import Extras, run_workflow
 
-    run_workflow(
-        workflow,
-        catalog,
-        folder,
-        settings or [],
-        aoi,
-        scheduler,
-        workers,
-        options.console,
-        Talk.of(quiet, verbose),
-        verify=verify,
-        performance=performance,
-        trust=trust,
-        allow_outside=allow_outside,
-    )
+    asked = Request(workflow, catalog, folder, tuple(settings or []), aoi, trust, allow_outside)
+    run_workflow(asked, scheduler, workers, options.console, Talk.of(quiet, verbose), Extras(verify, performance))
 
 
 def submit(
@@ -97,7 +85,8 @@ def submit(
     """Hand a run to a Dask scheduler and return: a worker drives it, and another one if that dies."""
     look_at_workflow(workflow, settings or [], catalog)
     look_at_scheduler(scheduler)
-    from cityflow.workflow.run import Extras, Request
+    from cityflow.runs.request import Request
+    from cityflow.workflow.run import Extras
     from cityflow.workflow.submit import submit_run
 
     asked = Request(workflow, catalog, out, tuple(settings or []), aoi, trust, allow_outside)
@@ -196,11 +185,11 @@ def plan(
 ) -> None:
     """Tasks that would run, stale ones with reasons, and the expected time, memory and disk."""
     look_at_workflow(workflow, settings or [], catalog)
+    from cityflow.runs.request import Request
     from cityflow.workflow.plan import print_plan
 
-    print_plan(
-        workflow, catalog, out, settings or [], aoi, workers, options.console, as_json, allow_outside=allow_outside
-    )
+    asked = Request(workflow, catalog, out, tuple(settings or []), aoi, allow_outside=allow_outside)
+    print_plan(asked, workers, options.console, as_json)
 
 
 def explain(

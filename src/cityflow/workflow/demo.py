@@ -20,6 +20,7 @@ from cityflow.flow.cluster import connect
 from cityflow.flow.store import Store
 from cityflow.flow.talk import Talk
 from cityflow.reporting.view import CITY
+from cityflow.runs.request import Request
 from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.flight_presets import preset
 from cityflow.workflow.orient_photographs import orient_photographs, photo_parameters
@@ -110,7 +111,8 @@ def run_demo(
                 made = flight_parameters(seed)
                 catalog, aoi = out / SURVEY / "catalog", ",".join(f"{v:g}" for v in grown(made.area, AROUND_M))
                 make_survey(out / SURVEY, made, address, workers, console, next_step=False)
-            run_workflow(workflow, str(catalog), str(out / city.name), (), aoi, address, workers, console, talk)
+            asked = Request(workflow, str(catalog), str(out / city.name), aoi=aoi)
+            run_workflow(asked, address, workers, console, talk)
             summaries.append(_summary(city, out / city.name, time.monotonic() - begun))
     runs = [str(out / c.name) for c in wanted]
     _conclude(summaries, runs, sys.stdout.isatty() and sys.stdin.isatty() if view is None else view, console)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 from collections import Counter, defaultdict, deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -22,6 +21,7 @@ from cityflow.pipeline.pipeline import STAGES, in_flow_order
 from cityflow.reporting.poses_words import lines_before
 from cityflow.runs.differences import why
 from cityflow.runs.prepare import prepared
+from cityflow.runs.request import Request
 from cityflow.workflow.expected import costs_of
 from cityflow.workflow.printed import print_json
 
@@ -98,30 +98,17 @@ def plan_of(source: CitySource, ledger: Ledger | None) -> dict[str, StagePlan]:
     return {stage: plans[stage] for stage in in_flow_order(plans)}
 
 
-def print_plan(
-    workflow: Path,
-    catalog: str,
-    out: str,
-    settings: Sequence[str],
-    aoi: str,
-    workers: int,
-    console: Console,
-    as_json: bool = False,
-    *,
-    allow_outside: bool = False,
-) -> None:
+def print_plan(asked: Request, workers: int, console: Console, as_json: bool = False) -> None:
     """Print the table of stages with reasons, and what the run would take.
-
-    Parameters
-    ----------
-    allow_outside : the catalog may name files elsewhere, wherever it comes from
 
     Raises
     ------
     WorkflowError, CatalogError, RunError
     """
-    wanted = prepared(workflow, catalog, out, settings, aoi, allow_outside=allow_outside)
-    if not allow_outside:
+    wanted = prepared(
+        asked.workflow, asked.catalog, asked.out, asked.settings, asked.aoi, allow_outside=asked.allow_outside
+    )
+    if not asked.allow_outside:
         refuse_outside(wanted.catalog)
     with wanted.ledger() as ledger:
         plan = Plan(

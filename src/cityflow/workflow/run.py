@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import astuple, dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
@@ -32,6 +31,7 @@ from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.reporting.run_report import write_run_report
 from cityflow.runs.current import CurrentRecords, known_records
 from cityflow.runs.prepare import Prepared, prepared
+from cityflow.runs.request import Request
 from cityflow.runs.run_folder import check_run, describe_run
 from cityflow.stages import reconstruct, texture
 from cityflow.survey.survey import Survey
@@ -48,59 +48,6 @@ from cityflow.workflow.trust import refuse_untrusted
 NAMED = 3
 OF_A_BUILDING = (reconstruct.NAME, texture.NAME)
 """Where these fail, a block or a plain building stands in the city."""
-
-
-def run_workflow(
-    workflow: Path,
-    catalog: str,
-    out: str,
-    settings: Sequence[str],
-    aoi: str,
-    scheduler: str,
-    workers: int,
-    console: Console,
-    talk: Talk = Talk.NORMAL,
-    *,
-    verify: bool = False,
-    performance: bool = False,
-    trust: bool = False,
-    allow_outside: bool = False,
-) -> None:
-    """Everything that is not done yet; writes the report at the end.
-
-    Parameters
-    ----------
-    verify, performance : see `Extras`
-    trust, allow_outside : see `requested`
-
-    Raises
-    ------
-    WorkflowError, CatalogError, RunError
-        Before anything is written, as far as one can know it then; and at the end, where more than single buildings failed.
-    """
-    request = Request(workflow, catalog, out, tuple(settings), aoi, trust, allow_outside)
-    wanted = requested(request, console)
-    extras = Extras(verify, performance)
-    execute(wanted, scheduler, workers, console, lambda: describe_run(wanted), talk=talk, extras=extras)
-
-
-@dataclass(frozen=True, slots=True)
-class Request:
-    """What the command line asks for.
-
-    Attributes
-    ----------
-    trust : import functions that overrides in the RUN name, too
-    allow_outside : the catalog may name files elsewhere, wherever it comes from
-    """
-
-    workflow: Path
-    catalog: str
-    out: str
-    settings: tuple[str, ...] = ()
-    aoi: str = ""
-    trust: bool = False
-    allow_outside: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +69,20 @@ class Extras:
 
 
 PLAIN = Extras()
+
+
+def run_workflow(
+    asked: Request, scheduler: str, workers: int, console: Console, talk: Talk = Talk.NORMAL, extras: Extras = PLAIN
+) -> None:
+    """Everything that is not done yet; writes the report at the end.
+
+    Raises
+    ------
+    WorkflowError, CatalogError, RunError
+        Before anything is written, as far as one can know it then; and at the end, where more than single buildings failed.
+    """
+    wanted = requested(asked, console)
+    execute(wanted, scheduler, workers, console, lambda: describe_run(wanted), talk=talk, extras=extras)
 
 
 def requested(asked: Request, console: Console) -> Prepared:

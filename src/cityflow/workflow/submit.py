@@ -21,9 +21,10 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.run_page import RunPage, page_address
 from cityflow.flow.store import Store
 from cityflow.runs.prepare import Prepared
+from cityflow.runs.request import Request
 from cityflow.runs.run_folder import describe_run, open_run
 from cityflow.workflow.rerun import Rerun, chosen_units, why_nothing
-from cityflow.workflow.run import Extras, Request, requested
+from cityflow.workflow.run import Extras, requested
 
 CANCEL_WAITS_S = 60.0
 LOOK_EVERY_S = 0.3
