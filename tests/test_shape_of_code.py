@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from functools import cache
@@ -73,6 +74,12 @@ def test_no_function_has_more_than_eight_arguments() -> None:
 def test_no_module_is_longer_than_300_lines() -> None:
     found = {name for name, text in _modules() if text.count("\n") > MOST_LINES}
     assert not found, "part these by what they answer"
+
+
+def test_no_stage_reads_parameters_without_their_model() -> None:
+    """And no arguments: `parameters_as` and `arguments_as` check what they are given."""
+    found = {name for name, text in _modules() if re.search(r"task\.(parameters|arguments)(\[|\.get)", text)}
+    assert not found
 
 
 def _in_several_folders(names: Iterable[str]) -> set[str]:

@@ -12,7 +12,6 @@ import numpy as np
 
 from cityflow.adjustment.bundle import AdjustmentParameters
 from cityflow.adjustment.control_check import ContradictionError
-from cityflow.adjustment.descriptor_matching import MatchingParameters
 from cityflow.adjustment.features import FeatureParameters, find_features
 from cityflow.adjustment.guided_matching import guided_matches
 from cityflow.adjustment.pair_check import agreeing

@@ -8,6 +8,7 @@ from typing import Any
 
 from cityflow.adjustment.relative_error import RelativeError, Systematic
 from cityflow.core.building import Status
+from cityflow.core.parameters import Parameters
 from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
 from cityflow.flow.typed import as_json
 from cityflow.flow.workspace import Workspace
@@ -17,6 +18,12 @@ from cityflow.stages.orient import ONE_IMAGE
 
 SAMPLE = "sample"
 SAMPLE_VERSION = 1
+
+
+class SampleParameters(Parameters):
+    """How images are read: up to so many pixels, on a coarser level where an image has more."""
+
+    most_px: int = CAREFUL_PX
 
 
 @dataclass
@@ -54,7 +61,7 @@ class SampleSource:
 
 def run_sample(_workspace: Workspace, task: Task) -> Outcome:
     """Ties of an image with its partners, and what they say of the poses."""
-    found = star_ties(task.arguments_as(Star), int(task.parameters["most_px"]), checked=True)
+    found = star_ties(task.arguments_as(Star), task.parameters_as(SampleParameters).most_px, checked=True)
     result: dict[str, Json] = {
         "parallax": [_plain(p) for p in found.parallax], "heights": [_plain(h) for h in found.heights],
         "unread": [list(u) for u in found.unread],
@@ -67,7 +74,7 @@ def run_sample(_workspace: Workspace, task: Task) -> Outcome:
 def _task(star: Star) -> Task:
     return Task(
         SAMPLE, star.images[0].image.name, "cityflow.stages.orient.pair_sample:run_sample", SAMPLE_VERSION,
-        parameters={"most_px": CAREFUL_PX}, inputs={f"image {i.image.name}": _digest(i) for i in star.images},
+        parameters=as_json(SampleParameters()), inputs={f"image {i.image.name}": _digest(i) for i in star.images},
         arguments=as_json(star), limits=ONE_IMAGE,
     )  # fmt: skip
 
