@@ -1,6 +1,6 @@
 """Terrain of terraced hills in clouds without ground class, against the truth.
 
-    python benchmarks/terraced_hills.py [--seeds 1 2] [--methods windows essential_points] [--kinds river tracks hillside closed] [--density 6] [--halo 0]
+    python benchmarks/terraced_hills.py [--seeds 1 2] [--methods morphological essential_points] [--kinds river tracks hillside closed] [--density 6] [--halo 0]
 
 Towns of 250 × 250 m of relief 1 with retaining walls of 1 to 4 m, houses cut into the slope: `tracks` with two
 tracks up the hill that have no step, `closed` without any,
@@ -19,7 +19,7 @@ import numpy as np
 import shapely
 
 from cityflow.evaluation.statistics import error_statistics
-from cityflow.surface.dtm import DtmParameters, Method
+from cityflow.surface.dtm import BEST_WITHOUT_CLASSES, METHODS, DtmParameters, Method
 from cityflow.surface.sample import sample
 from cityflow.surface.tile_surface import SurfaceParameters, TileSurface, surface_of_tile
 from cityflow.synthetic.town import TownParameters
@@ -60,7 +60,7 @@ def scenes(kind: str, seeds: list[int], density_m2: float) -> Iterator[ScannedTo
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--seeds", type=int, nargs="+", default=[1, 2])
-    options.add_argument("--methods", nargs="+", default=["windows"])
+    options.add_argument("--methods", nargs="+", choices=list(METHODS), default=[BEST_WITHOUT_CLASSES])
     options.add_argument("--kinds", nargs="+", default=["river", "tracks", "hillside", "closed"])
     options.add_argument("--density", type=float, default=6.0)
     options.add_argument("--halo", type=float, default=0.0, help="metres along the edge that are seen but not judged")
