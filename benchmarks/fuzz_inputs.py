@@ -47,6 +47,7 @@ from cityflow.io.rasters.raster_header import read_raster_header
 from cityflow.io.tables.outline_file import read_outlines
 from cityflow.runs.run_folder import open_run, workflow_tree
 from cityflow.runs.settings import Workflow, load_workflow
+from delivered_files import delivered_files
 
 SECONDS, MEGABYTES = 5, 1000
 ODD = ["1e999", "-1", "NaN", "null", "0", "1e300", "99999999999999999999", '"x"', "[]", "{}", "true", "-0.0", "1" * 400]
@@ -187,6 +188,7 @@ def sound_files(folder: Path) -> dict[str, tuple[Path, Callable[[], Any]]]:
         "workflow": (folder / "workflow.yaml", lambda: load_workflow(folder / "workflow.yaml")),
         "run.json": (run, lambda: open_run(str(run.parent))),
         "record": (record, lambda: _record(record)),
+        **delivered_files(folder),
     }
 
 
