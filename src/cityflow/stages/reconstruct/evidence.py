@@ -9,7 +9,7 @@ from typing import Annotated, NoReturn
 import numpy as np
 import shapely
 
-from cityflow.core.arrays import FloatArray
+from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.building import Outline
 from cityflow.core.facade_points import WallPoints
 from cityflow.core.grid import Grid, grown
@@ -130,12 +130,12 @@ def read_evidence(store: Store, given: EvidenceInputs, outline: Outline, wanted_
     points = _in_order(read_points(store, given.pieces, near))
     shapely.prepare(outline.polygon)
     inside = points.take(shapely.contains_xy(outline.polygon, points.xyz[:, 0], points.xyz[:, 1]))
-    ground = sample(grid, layers["dtm"], *_along(outline.polygon))
-    if not np.isfinite(ground).any():
+    floor = floor_of(grid, layers["dtm"], outline.polygon)
+    if not np.isfinite(floor):
         _complain(given, len(inside))
     close = points.take(distances_to_outline(outline.polygon, points.xyz) <= AROUND_M)
     return Evidence(
-        outline.id, outline.polygon, _roof_points(inside, grid, layers, given), _floor(ground),
+        outline.id, outline.polygon, _roof_points(inside, grid, layers, given), floor,
         outline.aspects, outline.slopes,
         around=_part_of_houses(close, grid, layers["dtm"]), walls=_walls_in_order(read_walls(store, given.walls, near)),
         heights=seen.heights, pictures=seen.pictures or _given_pictures(given, outline),
@@ -224,9 +224,13 @@ def _complain(given: EvidenceInputs, points: int) -> NoReturn:
     raise RefusedUnit(problem)
 
 
-def _floor(ground: FloatArray) -> float:
-    """Whole centimetres below the lowest height: floors of neighbours are equal, or differ by more than a sliver."""
-    return float(np.floor(np.nanmin(ground) * 100)) / 100
+def floor_of(grid: Grid, dtm: FloatArray | Float32Array, outline: shapely.Polygon) -> float:
+    """Lowest terrain along an outline, in whole centimetres below: floors of neighbours are equal, or differ by more than a sliver.
+
+    NaN where there is no terrain.
+    """
+    ground = sample(grid, dtm, *_along(outline))
+    return float(np.floor(np.nanmin(ground) * 100)) / 100 if np.isfinite(ground).any() else float("nan")
 
 
 def _roof_points(points: PointCloud, grid: Grid, layers: Mapping[str, np.ndarray], given: EvidenceInputs) -> PointCloud:
