@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-WORKFLOW = str(ROOT / "workflows" / "lidar_city.yaml")
+WORKFLOW, FLIGHT = (str(ROOT / "workflows" / f"{name}.yaml") for name in ("lidar_city", "demo_flight"))
 
 
 def user_seconds(command: list[str]) -> float:
@@ -36,6 +36,14 @@ def main() -> None:
         "import of what a run needs": [sys.executable, "-c", "import cityflow.workflow.run"],
         "mistyped workflow": [*cityflow, "run", "workflows/lidar.yaml"],
         "mistyped catalog": [*cityflow, "plan", WORKFLOW, "--catalog", "catalogs/delf"],
+        "no catalog named": [*cityflow, "plan", FLIGHT],
+        "a workflow for images, a catalog of LiDAR": [
+            *cityflow,
+            "plan",
+            FLIGHT,
+            "--catalog",
+            str(ROOT / "catalogs" / "delft"),
+        ],
         "mistyped key": [*cityflow, "plan", WORKFLOW, "--set", "surface.cel_m=1"],
         "mistyped value": [*cityflow, "plan", WORKFLOW, "--set", "surface.cell_m=wide"],
         "mistyped run": [*cityflow, "status", f"{asked.run}x"],

@@ -116,6 +116,20 @@ def test_a_plan_knows_every_task_that_the_outlines_tell(cityflow: Run, tmp_path:
     assert list(totals) == ["ingest", "surface", "outline", "reconstruct", "export"]
 
 
+def test_a_plan_of_a_run_takes_its_catalog(cityflow: Run, tmp_path: Path) -> None:
+    """Where neither the command nor the workflow names one."""
+    workflow, run = tmp_path / "lidar.yaml", tmp_path / "run"
+    workflow.write_text("name: mine\npoints: {source: lidar}\n")
+    assert "names no catalog" in cityflow("plan", workflow, "--out", run).stderr
+    run.mkdir()
+    (run / "run.json").write_text(
+        json.dumps({"workflow": {"name": "mine"}, "catalog": str(CATALOG), "area": None, "versions": {}})
+    )
+    done = cityflow("plan", workflow, "--out", run)
+    assert f"Catalog as in the RUN: {CATALOG}" in done.stdout
+    assert "160" in done.stdout
+
+
 def test_the_right_workflow_is_named_for_a_catalog(refused: Callable[..., str], tmp_path: Path) -> None:
     text = refused("plan", ROOT / "workflows" / "oblique_city.yaml", "--catalog", CATALOG)
     assert "makes its surface of oriented images, and the catalog has LiDAR files" in text

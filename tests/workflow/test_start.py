@@ -26,7 +26,10 @@ def test_a_run_loads_no_library_that_it_may_not_need() -> None:
 def test_what_cannot_be_is_said_before_anything_heavy_is_loaded(tmp_path: Path) -> None:
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "run.json").write_text("{}")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "run.json").write_text(json.dumps({"catalog": str(tmp_path / "nowhere")}))
     run, root = str(tmp_path / "run"), Path(__file__).parents[2]
+    flight = root / "workflows" / "demo_flight.yaml"
     away = ["--scheduler", "tcp://127.0.0.1:9"]
     city = [
         str(root / "workflows/lidar_city.yaml"),
@@ -43,6 +46,15 @@ def test_what_cannot_be_is_said_before_anything_heavy_is_loaded(tmp_path: Path) 
         "cannot write here": ["join", run, "--out", "/proc/a.gpkg"],
         "no scheduler answers": ["submit", *city, *away],
         "it has no port": ["run", *city, "--scheduler", "tcp://host"],
+        "names no catalog": ["run", str(flight), "--out", str(tmp_path / "new")],
+        "nowhere: no such catalog": ["plan", str(flight), "--out", str(tmp_path / "other")],
+        "use workflows/lidar_city.yaml": ["plan", str(flight), "--catalog", str(root / "catalogs/delft")],
+        "surface of LiDAR files, and the catalog has oriented images": [
+            "run",
+            city[0],
+            "--catalog",
+            str(root / "catalogs/boruszyn"),
+        ],
     }
     code = (
         "import sys, json\nfrom cityflow.cli import main\n"

@@ -32,6 +32,7 @@ from cityflow.runs.first_look import (
     look_at_workflow,
 )
 from cityflow.runs.look_at_places import look_at_output, look_at_scheduler
+from cityflow.runs.look_at_survey import look_at_survey
 from cityflow.workflow import completion
 
 
@@ -59,6 +60,7 @@ def run(
 ) -> None:
     """Run a workflow; finished tasks are not repeated."""
     name = look_at_workflow(workflow, settings or [], catalog)
+    look_at_survey(workflow, settings or [], catalog, out)
     look_at_scheduler(scheduler)
     folder = out or agreed_folder(name, yes, options.console)
     from cityflow.runs.request import Request
@@ -84,6 +86,7 @@ def submit(
 ) -> None:
     """Hand a run to a Dask scheduler and return: a worker drives it, and another one if that dies."""
     look_at_workflow(workflow, settings or [], catalog)
+    look_at_survey(workflow, settings or [], catalog, out)
     look_at_scheduler(scheduler)
     from cityflow.runs.request import Request
     from cityflow.workflow.run import Extras
@@ -185,6 +188,7 @@ def plan(
 ) -> None:
     """Tasks that would run, stale ones with reasons, and the expected time, memory and disk."""
     look_at_workflow(workflow, settings or [], catalog)
+    look_at_survey(workflow, settings or [], catalog, out)
     from cityflow.runs.request import Request
     from cityflow.workflow.plan import print_plan
 

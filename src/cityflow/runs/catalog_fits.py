@@ -1,42 +1,82 @@
-"""Checks whether a workflow can use a catalog, and names one that can."""
+"""Checks whether a workflow can use a catalog, and names one that can. Nothing heavy is imported: commands look before they load the rest."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
 from cityflow.errors import CatalogError
-from cityflow.io.catalog.stac_assets import Catalog
-from cityflow.pipeline.workflow_parameters import CityParameters
+
+if TYPE_CHECKING:
+    from cityflow.io.catalog.stac_assets import Catalog
+    from cityflow.pipeline.workflow_parameters import CityParameters
 
 SOURCES = {"lidar": "LiDAR files", "images": "oriented images", "rasters": "a DSM"}
 
 
+@dataclass(frozen=True, slots=True)
+class Holding:
+    """What a catalog has.
+
+    Attributes
+    ----------
+    href : of the catalog, for messages
+    sources : those of `SOURCES` that it has, in their order
+    """
+
+    href: str
+    sources: tuple[str, ...]
+    has_outlines: bool
+
+    @classmethod
+    def of(cls, catalog: Catalog) -> Holding:
+        has = {"lidar": bool(catalog.lidar), "images": bool(catalog.images), "rasters": "dsm" in catalog.rasters}
+        return cls(catalog.href, tuple(s for s in SOURCES if has[s]), catalog.outlines is not None)
+
+    @classmethod
+    def of_kinds(cls, href: str, kinds: Collection[str]) -> Holding:
+        """`kinds`: of its items."""
+        has = {"lidar": "lidar" in kinds, "images": "image" in kinds, "rasters": "dsm" in kinds}
+        return cls(href, tuple(s for s in SOURCES if has[s]), "outlines" in kinds)
+
+    @property
+    def workflow(self) -> str:
+        """The workflow, of those that ship, for what it has."""
+        of_lidar = "lidar_city" if self.has_outlines else "lidar_city_no_outlines"
+        other = "oblique_city" if "images" in self.sources else "ortho_city"
+        return f"workflows/{of_lidar if 'lidar' in self.sources else other}.yaml"
+
+
 def refuse_unfit(city: CityParameters, catalog: Catalog) -> None:
+    """As `refuse_holding`."""
+    refuse_holding(city.points.source, city.outline.source, Holding.of(catalog))
+
+
+def refuse_holding(source: str, outlines: str, held: Holding) -> None:
     """Make sure that the catalog has what the workflow takes its surface and its outlines from.
+
+    Parameters
+    ----------
+    source, outlines : ``points.source`` and ``outline.source`` of the workflow
 
     Raises
     ------
     CatalogError
         It has not; the workflow for what it has is named.
     """
-    has = {"lidar": bool(catalog.lidar), "images": bool(catalog.images), "rasters": "dsm" in catalog.rasters}
-    wanted = city.points.source
-    if not any(has.values()):
+    if not held.sources:
         problem = "the catalog has no surface source: no LiDAR, no images, no DSM"
-        raise CatalogError(problem, where=catalog.href, remedy="make it again with --lidar, --images or --dsm")
-    if wanted != "auto" and not has[wanted]:
-        there = " and ".join(name for source, name in SOURCES.items() if has[source])
+        raise CatalogError(problem, where=held.href, remedy="make it again with --lidar, --images or --dsm")
+    if source != "auto" and source not in held.sources:
+        there = " and ".join(SOURCES[s] for s in held.sources)
         raise CatalogError(
-            f"this workflow makes its surface of {SOURCES[wanted]}, and the catalog has {there}",
-            where=catalog.href,
-            remedy=f"use {workflow_for(catalog)}, or --set points.source=auto",
+            f"this workflow makes its surface of {SOURCES[source]}, and the catalog has {there}",
+            where=held.href,
+            remedy=f"use {held.workflow}, or --set points.source=auto",
         )
-    if city.outline.source == "given" and catalog.outlines is None:
+    if outlines == "given" and not held.has_outlines:
         raise CatalogError(
-            "this workflow takes given outlines, and the catalog has none", where=catalog.href,
-            remedy=f"make it again with --outlines, use {workflow_for(catalog)}, or --set outline.source=found",
+            "this workflow takes given outlines, and the catalog has none", where=held.href,
+            remedy=f"make it again with --outlines, use {held.workflow}, or --set outline.source=found",
         )  # fmt: skip
-
-
-def workflow_for(catalog: Catalog) -> str:
-    """The workflow, of those that ship, for what a catalog has."""
-    of_lidar = "lidar_city" if catalog.outlines is not None else "lidar_city_no_outlines"
-    return f"workflows/{of_lidar if catalog.lidar else 'oblique_city' if catalog.images else 'ortho_city'}.yaml"

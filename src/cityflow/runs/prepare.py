@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -21,6 +20,7 @@ from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.catalog_fits import refuse_unfit
 from cityflow.runs.first_look import DESCRIPTION, RUNS
 from cityflow.runs.known_keys import known_keys, sources_digest
+from cityflow.runs.look_at_survey import resolved, unnamed
 from cityflow.runs.overrides import read_overrides
 from cityflow.runs.poses_note import SettledPoses
 from cityflow.runs.settings import Workflow, load_workflow
@@ -96,9 +96,10 @@ def prepared(
     workflow = _with_edits(load_workflow(workflow_path, settings), workflow_path)
     store = Store.open(out or f"{RUNS}/{workflow.name}")
     known = {} if catalog or workflow.catalog else _description(store)
-    found = read_catalog(
-        catalog or known.get("catalog", "") or _own_catalog(workflow, workflow_path), allow_outside=allow_outside
-    )
+    named = catalog or known.get("catalog", "") or resolved(workflow.catalog, workflow_path)
+    if not named:
+        raise unnamed(workflow_path)
+    found = read_catalog(named, allow_outside=allow_outside)
     refuse_unfit(workflow.city, found)
     area = Area.of_wkt(known["area"]) if known.get("area") and not aoi else parse_area(aoi, found.reference)
     notes = found.notes
@@ -144,13 +145,3 @@ def _with_edits(workflow: Workflow, path: Path) -> Workflow:
     tree = workflow.model_dump(mode="json")
     tree["city"]["edits"]["path"] = str(here)
     return Workflow.model_validate(tree)
-
-
-def _own_catalog(workflow: Workflow, path: Path) -> str:
-    if not workflow.catalog:
-        raise WorkflowError(
-            "names no catalog", where=str(path), remedy="give one with --catalog, or as `catalog:` in the file"
-        )
-    if "://" in workflow.catalog or Path(workflow.catalog).is_absolute():
-        return workflow.catalog
-    return os.path.normpath(path.parent / workflow.catalog)

@@ -16,6 +16,7 @@ import fsspec
 import pystac
 
 from cityflow.errors import CatalogError
+from cityflow.io.catalog.catalog_kinds import KIND
 from cityflow.io.catalog.stac_assets import (
     IMAGE,
     LIDAR,
@@ -36,7 +37,6 @@ from cityflow.io.catalog.stac_item_reader import MISFITS, naming, read_items
 from cityflow.io.catalog.stac_items import (
     ASSET,
     CRS_KEY,
-    KIND,
     SHA256_MULTIHASH,
     kind_of,
     lidar_of,

@@ -19,12 +19,13 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import PERSPECTIVE, Camera, OrientedImage
 from cityflow.core.reference import Reference
 from cityflow.geometry.rotations import PHOTO_FLIP, omega_phi_kappa
+from cityflow.io.catalog.catalog_kinds import KIND
 from cityflow.io.catalog.stac_assets import IMAGE, ImageAsset
 from cityflow.io.orientation.oriented_images import FARTHEST_M
 
 PERSPECTIVE_IMAGERY = "https://stac-extensions.github.io/perspective-imagery/v1.0.0/schema.json"
 VIEW = "https://stac-extensions.github.io/view/v1.0.0/schema.json"
-KIND = "cityflow:kind"
+
 CAMERA_KEYS = ("width", "height", "fx", "fy", "cx", "cy", "kind")
 ORTHONORMAL = 1e-6
 """How far products of a rotation's rows may be off, in files of eight digits."""

@@ -11,10 +11,11 @@ from typing import Any
 import pystac
 
 from cityflow.core.camera import Camera
+from cityflow.io.catalog.catalog_kinds import KIND
 from cityflow.io.catalog.stac_assets import IMAGE, ImageAsset
 from cityflow.io.catalog.stac_files import texts
 from cityflow.io.catalog.stac_images import image_of_item
-from cityflow.io.catalog.stac_items import ASSET, KIND, TABLE, StaleTable, item_place
+from cityflow.io.catalog.stac_items import ASSET, TABLE, StaleTable, item_place
 from cityflow.io.catalog.stac_places import item_places, links_of
 from cityflow.io.given_files import json_of
 

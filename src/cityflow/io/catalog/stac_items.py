@@ -8,6 +8,7 @@ from urllib.parse import unquote
 
 import pystac
 
+from cityflow.io.catalog.catalog_kinds import KIND
 from cityflow.io.catalog.stac_assets import (
     LidarAsset,
     OutlineAsset,
@@ -19,7 +20,7 @@ from cityflow.io.orientation.oriented_images import FARTHEST_M
 ASSET = "data"
 
 
-KIND, CRS_KEY = "cityflow:kind", "cityflow:crs"
+CRS_KEY = "cityflow:crs"
 
 
 SHA256_MULTIHASH = "1220"

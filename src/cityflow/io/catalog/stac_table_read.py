@@ -18,12 +18,12 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from cityflow.errors import CatalogError
+from cityflow.io.catalog.catalog_kinds import KIND
 from cityflow.io.catalog.stac_assets import IMAGE
 from cityflow.io.catalog.stac_files import contents, listed, texts
 from cityflow.io.catalog.stac_items import (
     ITEM_MD5,
     ITEM_SIZE,
-    KIND,
     SHA256_MULTIHASH,
     TABLE,
     TABLE_ASSET,

@@ -14,6 +14,7 @@ import shapely
 
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
+from cityflow.io.catalog.catalog_kinds import KIND
 from cityflow.io.catalog.stac import (
     COLLECTION,
     LIDAR,
@@ -29,7 +30,7 @@ from cityflow.io.catalog.stac import (
     SparseAsset,
 )
 from cityflow.io.catalog.stac_images import PERSPECTIVE_IMAGERY, VIEW, image_properties
-from cityflow.io.catalog.stac_items import ASSET, CRS_KEY, KIND, SHA256_MULTIHASH, TABLE, TABLE_ASSET, item_place
+from cityflow.io.catalog.stac_items import ASSET, CRS_KEY, SHA256_MULTIHASH, TABLE, TABLE_ASSET, item_place
 from cityflow.io.catalog.stac_orientation import ORIENTATION, orientation_tree
 from cityflow.io.catalog.stac_outside import MADE_IN, leaves
 from cityflow.io.catalog.stac_table import ItemTable
