@@ -15,7 +15,7 @@ from pyproj import CRS
 
 from cityflow.io.control_points.pix4d_points import read_pix4d_points
 from cityflow.io.control_points.read_points import read_control_points
-from cityflow.io.images.photo_metadata import photo_metadata
+from cityflow.io.images.exif_and_xmp import photo_metadata
 from cityflow.io.orientation.readers import OrientationFile, read_orientation
 
 SIZE = (4608, 3456)
