@@ -36,7 +36,7 @@ class DrawnOutline:
 
 @dataclass(frozen=True, slots=True)
 class SetRoofType:
-    """The roof of the unit at a place is of this type, by the names of `core.roof_types`; `place` is a point or a polygon."""
+    """The roof of the unit at a place is of this type, by the names of `core.roof_type_names`; `place` is a point or a polygon."""
 
     place: BaseGeometry
     roof_type: str

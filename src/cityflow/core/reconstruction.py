@@ -114,7 +114,7 @@ class Candidate:
     notes : figures worth recording (numbers of regions, iterations, …)
     overhangs : as far as they are known
     beyond : surfaces of the roof beyond the walls, an open polyhedron beside the solid, which ends at the walls
-    roof_type : what the method itself found, by the names of `core.roof_types`; empty where it does not know
+    roof_type : what the method itself found, by the names of `core.roof_type_names`; empty where it does not know
     numbers : how many numbers describe its roof; None: three for each face
     """
 

@@ -5,7 +5,7 @@ the found that is true. By number, an outline counts as matched when the union o
 
 An IoU of each true outline is told in two ways. `iou_each` holds it against the found ones that belong to it, so a found outline that joins two true
 ones across a narrow gap halves the figure of both. `iou_joined` holds all that belongs together, on both sides, against each other: then joining costs
-the area of the gap alone, and how well gaps are cut is told by `evaluation.units`.
+the area of the gap alone, and how well gaps are cut is told by `evaluation.unit_accuracy`.
 """
 
 from __future__ import annotations

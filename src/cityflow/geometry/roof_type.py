@@ -57,7 +57,7 @@ class _Body:
 
 
 def roof_type(solid: Polyhedron, planes: tuple[RoofPlane, ...] = ()) -> RoofType:
-    """Type by the names of `core.roof_types`; `planes` are those that the faces refer to, where there are any."""
+    """Type by the names of `core.roof_type_names`; `planes` are those that the faces refer to, where there are any."""
     surfaces = roof_surfaces(solid)
     if not planes:
         surfaces = [RoofSurface(s.polygon, s.plane) for s in surfaces]
