@@ -78,7 +78,7 @@ def record(stage: str, parameters: dict[str, Any], scores: Sequence[dict[str, An
 
 def explained(newest: Record, every: bool = False) -> str:
     store = Store.open("memory://explain")
-    made = [f"  {line}" for line in explain._made([newest], {}, "run", every)]
+    made = [f"  {line}" for line in explain.lines_of_making([newest], {}, "run", every)]
     return "\n".join([*explain._found(newest, {}, store), *made, ""])
 
 

@@ -8,12 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rich.console import Console
+from typer.testing import CliRunner
 
+from cityflow.cli import app
 from cityflow.core.camera import OrientedImage
 from cityflow.errors import CatalogError, WorkflowError
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.reporting.orientation_report import FIGURES, PAGE
+from cityflow.runs.orientation_asked import OrientationAsked
 from cityflow.workflow.orient import control_in, orient_catalog, orient_parameters
+from cityflow.workflow.orientation_run import run_orientation
 from ground_flight import ORIGIN, ground_catalog, ground_flight, off_px, turned
 
 
@@ -37,7 +41,8 @@ def test_spoiled_poses_are_refined_and_a_repeated_command_keeps_every_byte(tmp_p
     control = control_in(given, _control(tmp_path / "control.csv", images))
     told, out = (tmp_path / "told.txt").open("w", buffering=1), tmp_path / "refined"
     console = Console(file=told)
-    orient_catalog(given, out, tmp_path / "work", orient_parameters([]), "", 2, console, control)
+    asked = OrientationAsked(given.href, str(out), False, control=str(tmp_path / "control.csv"))
+    run_orientation(asked, tmp_path / "work", "", 2, console)
     found = read_catalog(str(out))
     report = json.loads((out / FIGURES).read_text())
     page = (out / PAGE).read_text()
@@ -63,6 +68,35 @@ def test_spoiled_poses_are_refined_and_a_repeated_command_keeps_every_byte(tmp_p
     orient_catalog(given, out, tmp_path / "work", orient_parameters([]), "", 1, console, control)
     assert sorted((tmp_path / "work" / "records").rglob("*.json")) == records
     assert {p.name: p.read_bytes() for p in sorted(out.rglob("*")) if p.is_file()} == before
+    _run_again_and_explained(tmp_path / "work", out, Path(given.images[8].href))
+
+
+def _run_again_and_explained(work: Path, out: Path, picture: Path) -> None:
+    """A picture that is damaged fails with its reason when it is looked at again; mended, what failed is made again with the same bytes."""
+    before, data = {p.name: p.read_bytes() for p in out.iterdir() if p.is_file()}, picture.read_bytes()
+    told = _said(["explain", str(work), "i4"])
+    for known in ("It has a pose, ", "matches agree with 8: ", "Standard deviations: position", "ties, version"):
+        assert known in told
+    picture.write_bytes(b"no picture")
+    assert "Running again: 1 task," in _said(["rerun", str(work), "--unit", "i8", "--stage", "features"])
+    standing = json.loads(_said(["status", str(work), "--json"]))
+    assert {s["stage"]: (s["tasks"], s["done"], s["failed"]) for s in standing["stages"]} == {
+        "features": (9, 8, 1), "ties": (8, 8, 0), "adjust": (1, 1, 0)
+    }  # fmt: skip
+    assert [(p["units"], "i8.png" in p["reason"]) for p in standing["problems"]] == [(["i8"], True)]
+    assert standing["orientation"]["left_out"].keys() == {"i8"}
+    assert "features failed: " in _said(["explain", str(work), "i8"])
+    picture.write_bytes(data)
+    assert "Running again: 1 task," in _said(["rerun", str(work), "--failed"])
+    assert {p.name: p.read_bytes() for p in out.iterdir() if p.is_file()} == before
+    assert "no unit of those named has failed" in _said(["rerun", str(work), "--unit", "i4", "--failed"])
+
+
+def _said(command: list[str]) -> str:
+    """What a command prints, on one line as long as it likes."""
+    result = CliRunner().invoke(app, command, env={"COLUMNS": "400"}, catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.output
 
 
 def test_wrong_words_are_answered(tmp_path: Path) -> None:

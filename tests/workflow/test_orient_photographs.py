@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -22,7 +23,7 @@ from cityflow.adjustment.placing import placed
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.control_points import ControlPoint, ControlPoints, Mark, Role
 from cityflow.core.photo_metadata import GnssPosition, PhotoMetadata
-from cityflow.errors import CatalogError
+from cityflow.errors import CatalogError, RunError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.geometry.rotations import from_omega_phi_kappa
@@ -33,9 +34,13 @@ from cityflow.io.control_points.point_table_write import point_table_text
 from cityflow.io.images.exif_write import with_exif
 from cityflow.orientation.photo_doubts import usable_positions
 from cityflow.reporting.orientation_report import FIGURES, PAGE
+from cityflow.runs.first_look import look_at_run
+from cityflow.runs.orientation_asked import OrientationAsked
 from cityflow.stages.orient import BLOCK
 from cityflow.stages.orient.photographs import MAP
 from cityflow.workflow.orient_photographs import orient_photographs, photo_parameters
+from cityflow.workflow.orientation_run import run_orientation
+from cityflow.workflow.orientation_standing import explain_image, print_orientation
 from cityflow.workflow.photo_placing import Placed, Placing, known_control, known_positions, place
 
 CAMERA = Camera(480, 360, 520.0, 520.0, 240.0, 180.0, (-0.03, 0.0, 0.0, 0.0))
@@ -144,9 +149,9 @@ def oriented(tmp_path_factory: pytest.TempPathFactory) -> Oriented:
     pictures["black.jpg"] = cv2.imencode(".jpg", np.zeros((CAMERA.height, CAMERA.width, 3), np.uint8))[1].tobytes()
     out, work, told = folder / "out", folder / "work", folder / "told.txt"
     with told.open("w") as file:
-        console, placing = Console(file=file, width=200), Placing(crs=CRS)
         photos = _written(folder / "photos", pictures)
-        orient_photographs(photos, out, work, placing, photo_parameters([]), "", 1, console)
+        asked = OrientationAsked(str(photos), str(out), True, crs=CRS)
+        run_orientation(asked, work, "", 1, Console(file=file, width=200))
     images = {Path(a.name).stem: a.oriented for a in read_catalog(str(out)).images}
     return Oriented(images, json.loads((out / FIGURES).read_text()), told.read_text(), work, (out / PAGE).read_text())
 
@@ -176,6 +181,30 @@ def test_photographs_with_gnss_and_bad_frames(oriented: Oriented) -> None:
     assert f"{oriented.report['tie_points']:,} tie points" in oriented.page
     assert oriented.page.count("<circle") == 12
     assert all(name in oriented.page for name in ("i00b.jpg", "black"))
+
+
+@pytest.mark.cluster
+def test_its_work_folder_says_how_it_stands_and_what_is_known_of_an_image(oriented: Oriented) -> None:
+    work, told = str(oriented.work), io.StringIO()
+    console = Console(file=told, width=200)
+    print_orientation(work, console)
+    assert "12 of 14 images have a pose" in told.getvalue()
+    rows = {line.split()[0]: line.split()[1:3] for line in told.getvalue().splitlines() if len(line.split()) > 8}
+    assert rows["features"] == ["13", "13"]
+    assert rows["map"] == ["1", "1"]
+    assert "orientation.html" in told.getvalue()
+    for image, known in (
+        ("i00b", ("Left out: the same file as i00.jpg",)),
+        ("black", ("Left out: 0 points found: blurred, dark", "0 points found")),
+        ("i05", ("It has a pose", "points found", "matches agree with", "How it was made:", "features, version")),
+    ):
+        told.truncate(0)
+        explain_image(work, image, console)
+        assert all(text in told.getvalue() for text in known)
+    with pytest.raises(RunError, match="no unit has 'i77'"):
+        explain_image(work, "i77", console)
+    with pytest.raises(RunError, match="work folder of an orientation"):
+        look_at_run(work)
 
 
 @pytest.mark.cluster

@@ -66,29 +66,28 @@ def orient(
 ) -> None:
     """Refine the poses of oriented images where that is significant, or find those of photographs. The result is a catalog like any other."""
     folder = work or out.absolute().with_name(f"{out.absolute().name}-orient")
-    if is_photo_folder(catalog):
-        from cityflow.workflow.orient_photographs import orient_photographs, photo_parameters
-        from cityflow.workflow.photo_placing import Placing
+    photographs = is_photo_folder(catalog)
+    if not photographs:
+        look_at_catalog(catalog)
+        if scale or local or crs or city or workflow:
+            remedy = "leave it out, or name a folder of photographs"
+            raise CityflowError("this option is for photographs without poses", where=catalog, remedy=remedy)
+    from cityflow.runs.orientation_asked import OrientationAsked
+    from cityflow.workflow.orientation_run import run_orientation
 
-        placing = Placing(control, marks, scale, local, crs)
-        asked = photo_parameters(settings or [])
-        orient_photographs(Path(catalog), out, folder, placing, asked, scheduler, workers, options.console)
-        if city:
-            from cityflow.runs.request import Request
-            from cityflow.workflow.demo import project_file
-            from cityflow.workflow.run import run_workflow
+    asked = OrientationAsked(
+        catalog if "://" in catalog else str(Path(catalog).absolute()), str(out.absolute()), photographs, tuple(settings or []),
+        _absolute(control), _absolute(marks), control_crs, scale, local, crs, allow_outside,
+    )  # fmt: skip
+    run_orientation(asked, folder, scheduler, workers, options.console)
+    if city:
+        from cityflow.runs.request import Request
+        from cityflow.workflow.demo import project_file
+        from cityflow.workflow.run import run_workflow
 
-            file = workflow or project_file(PHOTOS_CITY)
-            run_workflow(Request(file, str(out), city), scheduler, workers, options.console)
-        return
-    look_at_catalog(catalog)
-    if scale or local or crs or city or workflow:
-        remedy = "leave it out, or name a folder of photographs"
-        raise CityflowError("this option is for photographs without poses", where=catalog, remedy=remedy)
-    from cityflow.io.catalog.stac import read_catalog
-    from cityflow.workflow.orient import control_in, orient_catalog, orient_parameters
+        file = workflow or project_file(PHOTOS_CITY)
+        run_workflow(Request(file, str(out), city), scheduler, workers, options.console)
 
-    parameters = orient_parameters(settings or [])
-    given = read_catalog(catalog, allow_outside=allow_outside)
-    points = control_in(given, control, marks, control_crs) if control is not None else None
-    orient_catalog(given, out, folder, parameters, scheduler, workers, options.console, points)
+
+def _absolute(path: Path | None) -> str:
+    return str(path.absolute()) if path is not None else ""

@@ -27,6 +27,7 @@ from cityflow.errors import RunError
 from cityflow.flow.talk import Talk
 from cityflow.runs.first_look import (
     agreed_folder,
+    is_orientation,
     look_at_run,
     look_at_settings,
     look_at_workflow,
@@ -132,8 +133,10 @@ def rerun(
     quiet: QuietOption = False,
     verbose: VerboseOption = False,
 ) -> None:
-    """Run units again, with other parameters if wanted, and the tasks that depend on them."""
-    look_at_run(run_url)
+    """Run units again, with other parameters if wanted, and the tasks that depend on them; of a run, or of an orientation by its work folder."""
+    of_images = is_orientation(run_url, settings, clear_overrides, submit)
+    if not of_images:
+        look_at_run(run_url)
     look_at_settings(settings or [])
     look_at_scheduler(scheduler)
     if not (failed or degraded or stage or unit):
@@ -144,6 +147,11 @@ def rerun(
     from cityflow.workflow.rerun import Rerun, rerun_units
 
     selection = Selection(failed or degraded, degraded, stage, tuple(unit or []))
+    if of_images:
+        from cityflow.workflow.orientation_run import rerun_orientation
+
+        rerun_orientation(run_url, selection, scheduler, workers, options.console)
+        return
     asked = Rerun(selection, tuple(settings or []), clear_overrides, trust, allow_outside)
     if submit:
         from cityflow.workflow.submit import submit_rerun
@@ -162,7 +170,12 @@ def status(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Progress of a run by stage, failures, and the next step."""
+    """Progress of a run by stage, failures, and the next step; also of an orientation by its work folder."""
+    if is_orientation(run_url, units, find, watch):
+        from cityflow.workflow.orientation_standing import print_orientation
+
+        print_orientation(run_url, options.console, as_json)
+        return
     look_at_run(run_url)
     if watch:
         from cityflow.workflow.watch import watch_run
@@ -209,7 +222,12 @@ def explain(
     every_parameter: Annotated[bool, typer.Option("--parameters", help="All parameters, also defaults")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """All information on one unit: inputs, attempts, parameters, scores of candidates, timings, reason, outputs."""
+    """All information on one unit: inputs, attempts, parameters, scores of candidates, timings, reason, outputs; of an orientation on one image."""
+    if is_orientation(run_url, picture):
+        from cityflow.workflow.orientation_standing import explain_image
+
+        explain_image(run_url, unit, options.console, every_parameter, as_json)
+        return
     look_at_run(run_url)
     from cityflow.workflow.unit_names import named_units
 

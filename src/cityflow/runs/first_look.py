@@ -17,6 +17,8 @@ from cityflow.runs.setting_text import read_tree, split_setting
 
 RUNS = "runs"
 DESCRIPTION = "run.json"
+ORIENTATION = "orient.json"
+"""Of a folder with the tasks of an orientation."""
 COLLECTION = "collection.json"
 PHOTO_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", ".png", ".jp2")
 MOST_NAMED = 4
@@ -81,6 +83,25 @@ def look_at_catalog(named: str) -> None:
         raise CatalogError(problem, where=named, remedy=remedy)
 
 
+def is_orientation(url: str, *options: object) -> bool:
+    """Whether a local folder holds the tasks of an orientation.
+
+    Parameters
+    ----------
+    options : that are for runs alone
+
+    Raises
+    ------
+    RunError
+        It does, and one of them is given.
+    """
+    found = "://" not in url and (Path(url).expanduser() / ORIENTATION).is_file()
+    if found and any(options):
+        remedy = "leave it out; other parameters: repeat the command cityflow orient with --set, which makes only what depends on them"
+        raise RunError("an option is for runs, and this is the work folder of an orientation", where=url, remedy=remedy)
+    return found
+
+
 def look_at_run(url: str) -> None:
     """Make sure that a local folder that is named as a RUN is one.
 
@@ -91,6 +112,9 @@ def look_at_run(url: str) -> None:
     if "://" in url:
         return
     place = Path(url).expanduser()
+    if is_orientation(url):
+        remedy = "cityflow status, explain and rerun take it; name the RUN that was made of its catalog"
+        raise RunError("this is the work folder of an orientation, no run", where=url, remedy=remedy)
     if not (place / DESCRIPTION).is_file():
         near = _named(
             p.parent for folder in (place, place.parent, Path(RUNS)) for p in sorted(folder.glob(f"*/{DESCRIPTION}"))

@@ -20,11 +20,11 @@ from cityflow.flow.cluster import connect
 from cityflow.flow.store import Store
 from cityflow.flow.talk import Talk
 from cityflow.reporting.view import CITY
+from cityflow.runs.orientation_asked import OrientationAsked
 from cityflow.runs.request import Request
 from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.flight_presets import preset
-from cityflow.workflow.orient_photographs import orient_photographs, photo_parameters
-from cityflow.workflow.photo_placing import Placing
+from cityflow.workflow.orientation_run import run_orientation
 from cityflow.workflow.run import run_workflow
 from cityflow.workflow.serve import view_runs
 from cityflow.workflow.synth import make_survey
@@ -104,9 +104,9 @@ def run_demo(
             aoi = city.aoi
             if city.photographs:
                 catalog = out / f"{city.name}_catalog"
-                placing = Placing(project_file(city.control))
-                photographs, work = project_file(city.photographs), out / f"{city.name}_orient"
-                orient_photographs(photographs, catalog, work, placing, photo_parameters([]), address, workers, console)
+                photographs, control = (str(project_file(f).absolute()) for f in (city.photographs, city.control))
+                orientation = OrientationAsked(photographs, str(catalog.absolute()), True, control=control)
+                run_orientation(orientation, out / f"{city.name}_orient", address, workers, console)
             if city is FLIGHT:
                 made = flight_parameters(seed)
                 catalog, aoi = out / SURVEY / "catalog", ",".join(f"{v:g}" for v in grown(made.area, AROUND_M))

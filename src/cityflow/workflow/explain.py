@@ -76,7 +76,7 @@ def print_explanation(
             say(line)
     say("How it was made:")
     for stage, attempts in tasks:
-        for line in _made(
+        for line in lines_of_making(
             attempts, overrides.get((stage, unit), {}), wanted.store.url("").rstrip("/"), every_parameter
         ):
             say(f"  {line}")
@@ -156,7 +156,9 @@ def _verdict(record: Record) -> Iterator[str]:
         yield f"Verdict: {verdict}{likely}{f': {reason}' if reason else ''}"
 
 
-def _made(attempts: list[Record], overrides: Mapping[str, object], root: str, every_parameter: bool) -> Iterator[str]:
+def lines_of_making(
+    attempts: list[Record], overrides: Mapping[str, object], root: str, every_parameter: bool
+) -> Iterator[str]:
     """Attempts, parameters, inputs and outputs of a task, and the traceback where there is one."""
     newest = attempts[-1]
     yield f"{newest.stage}, version {newest.version}"

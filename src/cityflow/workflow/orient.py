@@ -35,6 +35,8 @@ from cityflow.io.crs import crs_of, resolve
 from cityflow.io.tables.feature_ids import listing
 from cityflow.orientation.sights import looks_level
 from cityflow.reporting.adjustment_words import described
+from cityflow.runs.first_look import DESCRIPTION, ORIENTATION
+from cityflow.runs.orientation_asked import note_expected
 from cityflow.runs.settings import explain_invalid, parse_setting
 from cityflow.stages.orient import ADJUST, FEATURES, TIES, OrientSource
 from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS
@@ -141,6 +143,7 @@ def run_stages(
     ----------
     counts : stage → tasks that are expected
     """
+    note_expected(store, counts, [t.unit for t in source.initial()] if FEATURES in counts else ())
     with connect(scheduler or None, workers or os.cpu_count() or 1) as client, closing(watcher()) as progress:
         progress.message(f"Dashboard: {client.dashboard_link}")
         progress.expect({s: Expected(n, SECONDS[s]) for s, n in counts.items()}, threads_of(client))
@@ -156,7 +159,11 @@ def refuse_other_work(work: Path) -> None:
     """Raises RunError where the folder of features and records holds something else."""
     if work.exists() and not work.is_dir():
         raise RunError("this is no folder", where=str(work), remedy="name another one with --work")
-    if work.is_dir() and any(work.iterdir()) and ((work / "run.json").exists() or not (work / "records").is_dir()):
+    if (
+        work.is_dir()
+        and any(work.iterdir())
+        and ((work / DESCRIPTION).exists() or not ((work / "records").is_dir() or (work / ORIENTATION).is_file()))
+    ):
         raise RunError("the folder holds something else", where=str(work), remedy="name another one with --work")
 
 

@@ -102,7 +102,7 @@ def chosen_units(wanted: Prepared, ledger: Ledger, asked: Rerun) -> Found:
     if not asked.allow_outside:
         refuse_outside(wanted.catalog)
     selection = replace(asked.selection, units=tuple(named_in(wanted.store.root, asked.selection.units, ledger)))
-    _refuse_unknown_stage(ledger, selection)
+    refuse_unknown_stage(ledger, selection)
     # poses that nobody has looked at yet decide about the whole city
     part = None if wanted.poses_are_unknown else part_of(wanted.source(ledger).city, ledger, selection)
     chosen = select(current_records(wanted, ledger), selection) if part is None else part.nodes
@@ -112,7 +112,7 @@ def chosen_units(wanted: Prepared, ledger: Ledger, asked: Rerun) -> Found:
     return Found(chosen, part)
 
 
-def _refuse_unknown_stage(ledger: Ledger, selection: Selection) -> None:
+def refuse_unknown_stage(ledger: Ledger, selection: Selection) -> None:
     """Raise RunError where a stage is chosen that the run has not."""
     stages = in_flow_order(ledger.stages())
     if selection.stage and selection.stage not in stages:

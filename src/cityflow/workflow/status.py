@@ -180,8 +180,8 @@ def standing_of(store: Store, asked: Asked, ledger: Ledger, shown_as: str) -> St
         named = asked.tasks.get(stage, SomeUnits())
         tally = ledger.tally(stage, named)
         expected = tally.records if is_complete else asked.expected.get(stage, tally.records)
-        stages.append(_stage(stage, tally, expected, stale.get(stage, 0)))
-        problems.extend(_problems(stage, tally))
+        stages.append(stage_standing(stage, tally, expected, stale.get(stage, 0)))
+        problems.extend(problems_in(stage, tally))
         if stage == BUILDINGS:
             outside = ledger.tally(stage, named.among(beyond_area))
             beyond, verdicts = outside.records, verdicts_of(tally.kinds - outside.kinds)
@@ -225,7 +225,7 @@ def unused_lines(edits: Sequence[tuple[str, str]]) -> Iterator[str]:
         yield f"    and {len(edits) - REASONS_SHOWN} more edits without effect: see report.html"
 
 
-def _stage(stage: str, tally: Tally, expected: int | None, stale: int) -> StageStanding:
+def stage_standing(stage: str, tally: Tally, expected: int | None, stale: int) -> StageStanding:
     total = None if expected is None else max(expected, tally.records)
     count = tally.status
     return StageStanding(
@@ -245,7 +245,7 @@ def _table(stages: Sequence[StageStanding]) -> Table:
     return table
 
 
-def _problems(stage: str, tally: Tally) -> Iterator[Problem]:
+def problems_in(stage: str, tally: Tally) -> Iterator[Problem]:
     for status in (Status.FAILED, Status.REFUSED, Status.DEGRADED):
         units: dict[str, list[str]] = defaultdict(list)
         for row in tally.others:
