@@ -19,7 +19,8 @@ from shapely import Polygon
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.colour_image import ColourImage
-from cityflow.core.depth_map import DepthMap, points_of
+from cityflow.core.depth_map import DepthMap, joined, points_of
+from cityflow.core.facade_points import WallPoints
 from cityflow.core.grid import Grid
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.local_frame import LocalFrame
@@ -27,7 +28,6 @@ from cityflow.core.pixels import ArrayPixels
 from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Evidence
 from cityflow.core.splitting import FrameRasters, SplitEvidence
-from cityflow.core.facade_points import WallPoints
 from cityflow.flow.store import Store
 from cityflow.flow.workspace import Workspace
 from cityflow.geometry.textured_view import TexturedTriangles
@@ -106,7 +106,8 @@ def match_pictures() -> None:
     seen = [Witness.of(view.image, [found]) for view in images]
     words = words_for(seen, cells.bounds, WitnessParameters())
     without_refuted(found, words[found.image].over(found))
-    surface = image_surface(points, (40.0, 40.0, 60.0, 60.0), CELL_M, 4)
+    slanting = replace(points, names=("aside",), centres=points.centres + np.array([60.0, 0.0, 0.0]))
+    surface = image_surface(joined([points, slanting]), (40.0, 40.0, 60.0, 60.0), CELL_M, 4)
     classify_points(points, surface)
     heights, grid = surface.fine.dsm_filled.astype(np.float32), surface.fine.grid
     true_ortho(grid, heights, BlockingSurface(grid, heights), images)

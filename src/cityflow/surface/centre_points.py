@@ -6,25 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cityflow.core.arrays import Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.kernels import njit
+from cityflow.surface.fuse_cells import CellPoints
 
 MOST_POINTS = 4096
 """Points that one cell looks at; a high wall seen by many views may offer more, and more would tell nothing new."""
-
-
-class KernelCells(NamedTuple):
-    """As `CellPoints`, for compiled code; shape: rows and columns."""
-
-    shape: tuple[int, int]
-    start: IntArray
-    u: Float32Array
-    v: Float32Array
-    z: FloatArray
-    quality: Float32Array
-    sigma: Float32Array
-    image: IntArray
-    trust: Float32Array
 
 
 class Buffer(NamedTuple):
@@ -48,9 +35,17 @@ def empty_buffer() -> Buffer:
 
 
 @njit(cache=True, nogil=True)
-def gather(r: int, c: int, cells: KernelCells, radius: float, buffer: Buffer) -> int:
+def gather(r: int, c: int, cells: CellPoints, radius: float, buffer: Buffer) -> int:
     """Points within `radius` of a centre into `buffer` (row, height, weight); their number."""
-    shape, start, u, v, z, quality, _, _, trust = cells
+    shape, start, u, v, z, quality, trust = (
+        cells.shape,
+        cells.start,
+        cells.u,
+        cells.v,
+        cells.z,
+        cells.quality,
+        cells.trust,
+    )
     at, height, weight, east, south, say = buffer
     n, reach, most = 0, int(np.ceil(radius - 0.5)), len(at)
     inverse = 1.0 / (radius * radius)

@@ -9,18 +9,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from scipy.ndimage import minimum_filter
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import Parameters
-from cityflow.surface.fuse_cells import CellPoints, cell_points, expected_precision, steepness
+from cityflow.surface.fuse_cells import CellPoints, Weighing, cell_points, chosen, not_below
 from cityflow.surface.fuse_fill import fill_from_below
-from cityflow.surface.fuse_modes import ModeRule, Modes, modes, replace_modes
+from cityflow.surface.fuse_modes import ModeRule, modes, modes_again, modes_instead
 from cityflow.surface.fuse_planes import again_on_planes, on_planes, without_specks
 
 STRIP_ROWS = 1024
@@ -131,70 +131,57 @@ def _grown(grid: Grid) -> Bounds:
 
 
 def _fused_strip(points: ImagePoints, grid: Grid, p: FuseParameters) -> Fused:
-    _, y_min, _, y_max = _grown(grid)
-    inside = (points.xyz[:, 1] > y_min) & (points.xyz[:, 1] < y_max)
-    points = points if inside.all() else points.take(inside)
-    count = _count(points, grid)
-    made = _surface(without_what_lies_beneath(points, grid, p), grid, p, again=True)
-    return Fused(grid, made.dsm, count, made.sigma)
+    weighing = Weighing(grid.cell, HALF_VIEWS, float(np.cos(np.radians(ABOVE_DEG))))
+    cells = cell_points(points, grid, weighing)
+    if len(cells.z) == 0:
+        nothing = np.full(grid.shape, np.nan, np.float32)
+        return Fused(grid, nothing, np.zeros(grid.shape, np.uint32), nothing.copy())
+    z, sigma = _surface(cells, grid, p)
+    return Fused(grid, z.astype(np.float32), cells.in_cells, np.where(np.isnan(z), np.nan, sigma).astype(np.float32))
 
 
-def _count(points: ImagePoints, grid: Grid) -> NDArray[np.uint32]:
-    """(rows, cols) points per cell."""
-    cell = _cells(points, grid)
-    return np.bincount(cell[cell >= 0], minlength=grid.rows * grid.cols).reshape(grid.shape).astype(np.uint32)
+def _surface(points: CellPoints, grid: Grid, p: FuseParameters) -> tuple[FloatArray, Float32Array]:
+    """(rows, cols) heights, NaN in holes, and their precision where there are some; cells whose own floats have a second choice."""
+    rule = ModeRule(
+        RADIUS_CELLS, WIDE_RADIUS_CELLS, BAND_CELLS * grid.cell, BAND_SIGMAS, LEAST_SUPPORT, p.lower_share, STEP_M,
+    )  # fmt: skip
+    planes = PLANE_CELLS, BAND_CELLS * grid.cell / 2
+    if points.steep.all() or not points.steep.any():
+        found = modes(points, rule)
+        z = on_planes(found, *planes)
+    else:
+        steep = chosen(points, points.steep)
+        found = modes(steep, rule)
+        z = on_planes(found, *planes)
+        points = without_what_lies_beneath(points, np.where(_specks(z, grid, p), np.nan, z).astype(np.float32), grid)
+        # what is seen by steep views alone has its surface
+        asked = _around(points.in_cells != steep.in_cells, int(np.ceil(WIDE_RADIUS_CELLS - 0.5)))
+        modes_again(points, rule, found, asked)
+        z = again_on_planes(z, found, asked, *planes)
+    specks = _specks(z, grid, p)
+    if specks.any():
+        # what floats may hide a surface that fewer points of the cell speak for
+        modes_instead(points, rule, found, specks)
+        z = again_on_planes(z, found, specks, *planes)
+        z[_specks(z, grid, p)] = np.nan
+    return z, found.sigma
 
 
-def _cells(points: ImagePoints, grid: Grid) -> IntArray:
-    """(N,) running number of the cell of each point; -1 for those outside the grid, or nowhere."""
-    known = np.isfinite(points.xyz).all(axis=1)
-    cell = np.full(len(points), -1, np.int64)
-    row, col = grid.indices(points.xyz[known, 0], points.xyz[known, 1])
-    inside = (row >= 0) & (row < grid.rows) & (col >= 0) & (col < grid.cols)
-    cell[known] = np.where(inside, row * grid.cols + col, -1)
-    return cell
-
-
-def without_what_lies_beneath(points: ImagePoints, grid: Grid, p: FuseParameters) -> ImagePoints:
-    """Points without those of slanting views that lie under the surface that steep views see.
+def without_what_lies_beneath(points: CellPoints, top: Float32Array, grid: Grid) -> CellPoints:
+    """Points without those of slanting views that lie under the surface (rows, cols) that steep views see.
 
     Such views see the ground under crowns, and walls under eaves: many points above one another in one cell, which would outvote what stands above.
     Next to a step, or to what steep views do not see, all keep their say: steep views too widen what stands in front.
     """
-    steep = steepness(points) >= np.cos(np.radians(ABOVE_DEG))
-    if steep.all() or not steep.any():
-        return points
-    top = _surface(points.take(steep), grid, p, again=False).dsm
-    cell = _cells(points, grid)
-    lowest = minimum_filter(np.where(np.isnan(top), -np.inf, top), 2 * BESIDE_CELLS + 1, mode="nearest")
-    limit = np.where(cell >= 0, lowest.ravel()[cell], -np.inf) - BENEATH_CELLS * grid.cell
-    return points.take(steep | ~(points.xyz[:, 2] < limit))
+    side = 2 * BESIDE_CELLS + 1
+    lowest = cv2.erode(np.where(np.isnan(top), np.float32(-np.inf), top), np.ones((side, side), np.uint8))
+    return chosen(points, not_below(points, lowest - BENEATH_CELLS * grid.cell))
 
 
-def _surface(points: ImagePoints, grid: Grid, p: FuseParameters, *, again: bool) -> Fused:
-    """The surface of the points; with `again` cells whose own floats have a second choice."""
-    placed = cell_points(points, grid, expected_precision(points, (grid.cell, HALF_VIEWS)))
-    if len(placed.z) == 0:
-        nothing = np.full(grid.shape, np.nan, np.float32)
-        return Fused(grid, nothing, np.zeros(grid.shape, np.uint32), nothing.copy())
-    found = _modes(placed, grid, p)
-    z = on_planes(found, PLANE_CELLS, BAND_CELLS * grid.cell / 2)
-    specks = _specks(z, grid, p)
-    if again and specks.any():
-        # what floats may hide a surface that fewer points of the cell speak for
-        replace_modes(found, _modes(placed, grid, p, np.where(specks, found.z, np.nan)), specks)
-        z = again_on_planes(z, found, specks, PLANE_CELLS, BAND_CELLS * grid.cell / 2)
-        specks = _specks(z, grid, p)
-    z[specks] = np.nan
-    count = np.diff(placed.start).reshape(grid.shape).astype(np.uint32)
-    return Fused(grid, z.astype(np.float32), count, np.where(np.isnan(z), np.nan, found.sigma).astype(np.float32))
-
-
-def _modes(points: CellPoints, grid: Grid, p: FuseParameters, instead_of: FloatArray | None = None) -> Modes:
-    rule = ModeRule(
-        RADIUS_CELLS, WIDE_RADIUS_CELLS, BAND_CELLS * grid.cell, BAND_SIGMAS, LEAST_SUPPORT, p.lower_share, STEP_M,
-    )  # fmt: skip
-    return modes(points, grid.shape, rule, instead_of)
+def _around(cells: BoolArray, by: int) -> BoolArray:
+    """(rows, cols) cells that are as near to some."""
+    side = 2 * by + 1
+    return cv2.dilate(cells.astype(np.uint8), np.ones((side, side), np.uint8), borderValue=0).astype(np.bool_)
 
 
 def _specks(z: FloatArray, grid: Grid, p: FuseParameters) -> BoolArray:
@@ -202,8 +189,10 @@ def _specks(z: FloatArray, grid: Grid, p: FuseParameters) -> BoolArray:
     return np.isfinite(z) & ~without_specks(z, SPECK_STEP_CELLS * grid.cell, p.speck_cells)
 
 
-def fill_steps(fused: Fused, parameters: FuseParameters | None = None) -> FloatArray:
-    """(rows, cols) the surface with its holes filled from the lower side, `fill_m` from what was measured; NaN beyond."""
+def fill_steps(
+    fused: Fused, parameters: FuseParameters | None = None, part: tuple[slice, slice] = (slice(None), slice(None))
+) -> FloatArray:
+    """(rows, cols) of a part of the surface, with its holes filled from the lower side, `fill_m` from what was measured; NaN beyond."""
     p = parameters or FuseParameters()
     values = fused.dsm.astype(np.float64)
-    return fill_from_below(values, round(p.fill_m / fused.grid.cell), FILL_STEP_M, FILL_SLOPE * fused.grid.cell)
+    return fill_from_below(values, round(p.fill_m / fused.grid.cell), FILL_STEP_M, FILL_SLOPE * fused.grid.cell, part)

@@ -2,34 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cityflow.core.arrays import ByteArray, Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Grid
 from cityflow.core.kernels import njit
 
-Expected = tuple[Float32Array, Float32Array, Float32Array]
-"""(N,) quality, trust and sigma of points, as in `CellPoints`."""
 
-
-@dataclass(frozen=True, slots=True)
-class CellPoints:
+class CellPoints(NamedTuple):
     """Points sorted by cell, and within a cell by height, then by place, then by what else tells them apart.
 
     Attributes
     ----------
+    shape : rows and columns
     start : (rows · cols + 1,) points of cell i are start[i] to start[i + 1]
     u, v : (N,) float32, offset from the centre of the cell eastwards and southwards, cells
     z : (N,) float64, height, metres
     quality : (N,) float32, weight before nearness to a centre counts;  trust : (N,) float32, the same where precision does not count
     sigma : (N,) float32, expected standard deviation of the height, metres
-    image : (N,) int64, number of the reference image;  origin : (N,) int64, row of the point in the cloud given
+    image : (N,) int64, number of the reference image
+    steep : (N,) whether its ray is nearer to the vertical than asked for
     """
 
+    shape: tuple[int, int]
     start: IntArray
     u: Float32Array
     v: Float32Array
@@ -38,23 +37,69 @@ class CellPoints:
     trust: Float32Array
     sigma: Float32Array
     image: IntArray
-    origin: IntArray
+    steep: BoolArray
+
+    @property
+    def in_cells(self) -> NDArray[np.uint32]:
+        """(rows, cols) points of each cell."""
+        return np.diff(self.start).reshape(self.shape).astype(np.uint32)
 
 
-def cell_points(points: ImagePoints, grid: Grid, expected: Expected) -> CellPoints:
+class Weighing(NamedTuple):
+    """How exact a point is, and whether it is seen from above.
+
+    Attributes
+    ----------
+    scale_m : of the standard deviation along a ray, metres
+    half_views : number of agreeing partners that counts half
+    steep : cosine of the angle to the vertical from which a ray is steep
+    """
+
+    scale_m: float
+    half_views: float
+    steep: float
+
+
+class _Cloud(NamedTuple):
+    """Points, as in `ImagePoints`."""
+
+    xyz: FloatArray
+    centres: FloatArray
+    image: IntArray
+    views: ByteArray
+    sigma: Float32Array
+
+
+class _Lattice(NamedTuple):
+    """By how much of a cell the left and the upper edge miss a line of the world's lattice; the numbers of these lines; metres; rows and columns."""
+
+    rest: tuple[float, float]
+    first: tuple[int, int]
+    cell: float
+    shape: tuple[int, int]
+
+
+def cell_points(points: ImagePoints, grid: Grid, weighing: Weighing) -> CellPoints:
     """The points inside the grid by cell."""
-    x_0, y_0 = _lattice(grid.x_min, grid.cell), _lattice(grid.y_max, grid.cell)
-    cell, u, v = _places(points.xyz, (x_0[1], y_0[1]), (x_0[0], y_0[0]), grid.cell, grid.shape)
-    start, order = _by_cell(cell, grid.rows * grid.cols)
-    z = np.ascontiguousarray(points.xyz[:, 2])
-    quality, trust, sigma = expected
-    _sort_cells(start, order, z, u, v, quality, points.image)
-    return CellPoints(
-        start, u[order], v[order], z[order], quality[order], trust[order], sigma[order], points.image[order], order
-    )
+    (left, x_rest), (top, y_rest) = _line(grid.x_min, grid.cell), _line(grid.y_max, grid.cell)
+    lattice = _Lattice((x_rest, y_rest), (left, top), grid.cell, grid.shape)
+    cloud = _Cloud(points.xyz, points.centres, points.image, points.views, points.sigma)
+    start, order, z = _by_cell(points.xyz, lattice)
+    _sort_cells(start, order, z, cloud, lattice, weighing)
+    return CellPoints(grid.shape, start, *_described(order, z, cloud, lattice, weighing))
 
 
-def _lattice(edge: float, cell: float) -> tuple[int, float]:
+def chosen(points: CellPoints, which: BoolArray) -> CellPoints:
+    """Those of the points that the mask (N,) names."""
+    return CellPoints(points.shape, *_chosen(points, which))
+
+
+def not_below(points: CellPoints, limit: Float32Array) -> BoolArray:
+    """(N,) which points are steep, or do not lie below the limit (rows, cols; metres) of their cell."""
+    return np.asarray(_not_below(points.start, points.z, points.steep, limit.ravel()))
+
+
+def _line(edge: float, cell: float) -> tuple[int, float]:
     """Number of the lattice line that an edge lies on, and by how much of a cell it misses it (0 on the lattice)."""
     number = round(edge / cell)
     rest = edge / cell - number
@@ -62,48 +107,41 @@ def _lattice(edge: float, cell: float) -> tuple[int, float]:
 
 
 @njit(cache=True, nogil=True)
-def _places(
-    xyz: FloatArray, rest: tuple[float, float], first: tuple[int, int], cell_m: float, shape: tuple[int, int]
-) -> tuple[NDArray[np.int32], Float32Array, Float32Array]:
-    """Flat cell (-1 outside) and offsets from its centre; counted from the world's origin, so the same in every grid."""
-    n = len(xyz)
-    cell = np.empty(n, np.int32)
-    u, v = np.empty(n, np.float32), np.empty(n, np.float32)
-    for i in range(n):
-        cell[i] = -1
-        x, y = xyz[i, 0] / cell_m - rest[0], xyz[i, 1] / cell_m - rest[1]
-        if not (np.isfinite(x) and np.isfinite(y) and np.isfinite(xyz[i, 2])):
-            continue
-        col, line = np.floor(x), np.ceil(y)
-        c, r = int(col) - first[0], first[1] - int(line)
-        if r < 0 or c < 0 or r >= shape[0] or c >= shape[1]:
-            continue
-        cell[i] = r * shape[1] + c
-        u[i], v[i] = x - col - 0.5, line - y - 0.5
-    return cell, u, v
+def _place(xyz: FloatArray, i: int, lattice: _Lattice) -> tuple[int, np.float32, np.float32]:
+    """Flat cell of a point (-1 outside) and its offsets from the centre; counted from the world's origin, so the same in every grid."""
+    none = np.float32(0.0)
+    x, y = xyz[i, 0] / lattice.cell - lattice.rest[0], xyz[i, 1] / lattice.cell - lattice.rest[1]
+    if not (np.isfinite(x) and np.isfinite(y) and np.isfinite(xyz[i, 2])):
+        return -1, none, none
+    col, line = np.floor(x), np.ceil(y)
+    c, r = int(col) - lattice.first[0], lattice.first[1] - int(line)
+    if r < 0 or c < 0 or r >= lattice.shape[0] or c >= lattice.shape[1]:
+        return -1, none, none
+    return r * lattice.shape[1] + c, np.float32(x - col - 0.5), np.float32(line - y - 0.5)
 
 
 @njit(cache=True, nogil=True)
-def _by_cell(cell: NDArray[np.int32], cells: int) -> tuple[IntArray, IntArray]:
-    start = np.zeros(cells + 1, np.int64)
-    for i in range(len(cell)):
+def _by_cell(xyz: FloatArray, lattice: _Lattice) -> tuple[IntArray, IntArray, FloatArray]:
+    """Where each cell begins; rows and heights of its points."""
+    cells = lattice.shape[0] * lattice.shape[1]
+    cell, start = np.empty(len(xyz), np.int64), np.zeros(cells + 1, np.int64)
+    for i in range(len(xyz)):
+        cell[i] = _place(xyz, i, lattice)[0]
         if cell[i] >= 0:
             start[cell[i] + 1] += 1
-    for i in range(cells):
-        start[i + 1] += start[i]
-    order = np.empty(start[cells], np.int64)
-    at = start[:-1].copy()
-    for i in range(len(cell)):
+    for k in range(cells):
+        start[k + 1] += start[k]
+    order, z, at = np.empty(start[cells], np.int64), np.empty(start[cells]), start[:-1].copy()
+    for i in range(len(xyz)):
         if cell[i] >= 0:
-            order[at[cell[i]]] = i
-            at[cell[i]] += 1
-    return start, order
+            k = at[cell[i]]
+            order[k], z[k] = i, xyz[i, 2]
+            at[cell[i]] = k + 1
+    return start, order, z
 
 
 @njit(cache=True, nogil=True)
-def _sort_cells(
-    start: IntArray, order: IntArray, z: FloatArray, u: Float32Array, v: Float32Array, q: Float32Array, image: IntArray
-) -> None:
+def _sort_cells(start, order, z, cloud, lattice, weighing):  # type: ignore[no-untyped-def]
     """Shell sort in each cell: a wall's cell may hold hundreds of points."""
     for k in range(len(start) - 1):
         low, n = start[k], start[k + 1] - start[k]
@@ -111,61 +149,100 @@ def _sort_cells(
         while gap < n // 3:
             gap = 3 * gap + 1
         while gap > 0:
-            for i in range(gap, n):
-                p, j = order[low + i], i
-                while j >= gap and _before(p, order[low + j - gap], z, u, v, q, image):
-                    order[low + j] = order[low + j - gap]
+            for i in range(low + gap, low + n):
+                p, h, j = order[i], z[i], i
+                while j >= low + gap and (
+                    h < z[j - gap] or (h == z[j - gap] and _before(p, order[j - gap], cloud, lattice, weighing))
+                ):
+                    order[j], z[j] = order[j - gap], z[j - gap]
                     j -= gap
-                order[low + j] = p
+                order[j], z[j] = p, h
             gap //= 3
 
 
-@njit(cache=True, nogil=True, inline="always")
-def _before(a: int, b: int, z: FloatArray, u: Float32Array, v: Float32Array, q: Float32Array, image: IntArray) -> bool:
-    if z[a] != z[b]:
-        return bool(z[a] < z[b])
-    if u[a] != u[b]:
-        return bool(u[a] < u[b])
-    if v[a] != v[b]:
-        return bool(v[a] < v[b])
-    if q[a] != q[b]:
-        return bool(q[a] < q[b])
-    return bool(image[a] < image[b])
-
-
-def expected_precision(points: ImagePoints, weighing: tuple[float, float]) -> Expected:
-    """(N,) weight of each point, the same without its precision, and σ of its height in metres.
-
-    `weighing` is the scale of σ (metres), and the number of agreeing partners that counts half.
-    """
-    return _precision(points.xyz, points.centres, points.image, points.views, points.sigma, weighing)
-
-
-def steepness(points: ImagePoints) -> FloatArray:
-    """(N,) cosine of the angle between each point's ray and the vertical of the frame."""
-    ray = points.centres[points.image] - points.xyz
-    return np.asarray(ray[:, 2] / np.maximum(np.linalg.norm(ray, axis=1), 1e-9))
+@njit(cache=True, nogil=True)
+def _before(a, b, cloud, lattice, weighing):  # type: ignore[no-untyped-def]
+    """Which of two points of the same cell and height comes first."""
+    _, u_a, v_a = _place(cloud.xyz, a, lattice)
+    _, u_b, v_b = _place(cloud.xyz, b, lattice)
+    if u_a != u_b:
+        return u_a < u_b
+    if v_a != v_b:
+        return v_a < v_b
+    q_a, q_b = _precision(a, cloud, weighing)[0], _precision(b, cloud, weighing)[0]
+    if q_a != q_b:
+        return q_a < q_b
+    return cloud.image[a] < cloud.image[b]
 
 
 @njit(cache=True, nogil=True)
-def _precision(
-    xyz: FloatArray,
-    centres: FloatArray,
-    image: IntArray,
-    views: ByteArray,
-    sigma: Float32Array,
-    weighing: tuple[float, float],
-) -> Expected:
-    scale, half_views = weighing
-    n = len(xyz)
-    quality, trust, height_sigma = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32)
-    for i in range(n):
-        c = centres[image[i]]
-        x, y, z = c[0] - xyz[i, 0], c[1] - xyz[i, 1], c[2] - xyz[i, 2]
-        upright = max(z / np.sqrt(x * x + y * y + z * z + 1e-12), 0.05)
-        along = sigma[i] if np.isfinite(sigma[i]) and sigma[i] > 0 else scale
-        height_sigma[i] = along * upright
-        share = views[i] / (views[i] + half_views)
-        trust[i] = max(share, 0.05)
-        quality[i] = trust[i] / (1 + (along / scale) ** 2)
-    return quality, trust, height_sigma
+def _precision(i, cloud, weighing):  # type: ignore[no-untyped-def]
+    """Weight of a point, the same without its precision, σ of its height in metres, and whether its ray is steep."""
+    c = cloud.centres[cloud.image[i]]
+    x, y, z = c[0] - cloud.xyz[i, 0], c[1] - cloud.xyz[i, 1], c[2] - cloud.xyz[i, 2]
+    square = x * x + y * y + z * z
+    upright = max(z / np.sqrt(square + 1e-12), 0.05)
+    given = cloud.sigma[i]
+    along = given if np.isfinite(given) and given > 0 else weighing.scale_m
+    share = cloud.views[i] / (cloud.views[i] + weighing.half_views)
+    trust = np.float32(max(share, 0.05))
+    quality = np.float32(trust / (1 + (along / weighing.scale_m) ** 2))
+    return quality, trust, np.float32(along * upright), z / max(np.sqrt(square), 1e-9) >= weighing.steep
+
+
+@njit(cache=True, nogil=True)
+def _described(order, z, cloud, lattice, weighing):  # type: ignore[no-untyped-def]
+    """Columns of `CellPoints` for sorted rows of points."""
+    u, v, _, quality, trust, sigma, image, steep = _columns(len(order))
+    for k in range(len(order)):
+        i = order[k]
+        _, u[k], v[k] = _place(cloud.xyz, i, lattice)
+        quality[k], trust[k], sigma[k], steep[k] = _precision(i, cloud, weighing)
+        image[k] = cloud.image[i]
+    return u, v, z, quality, trust, sigma, image, steep
+
+
+@njit(cache=True, nogil=True)
+def _chosen(points, which):  # type: ignore[no-untyped-def]
+    start = np.zeros(len(points.start), np.int64)
+    for k in range(len(start) - 1):
+        start[k + 1] = start[k]
+        for i in range(points.start[k], points.start[k + 1]):
+            start[k + 1] += which[i]
+    u, v, z, quality, trust, sigma, image, steep = _columns(start[-1])
+    n = 0
+    for i in range(len(which)):
+        if which[i]:
+            u[n], v[n], z[n], quality[n], trust[n] = (
+                points.u[i],
+                points.v[i],
+                points.z[i],
+                points.quality[i],
+                points.trust[i],
+            )
+            sigma[n], image[n], steep[n] = points.sigma[i], points.image[i], points.steep[i]
+            n += 1
+    return start, u, v, z, quality, trust, sigma, image, steep
+
+
+@njit(cache=True, nogil=True)
+def _columns(n):  # type: ignore[no-untyped-def]
+    """Room for the columns of `CellPoints` behind `start`."""
+    kind = np.float32
+    u, v, quality, trust, sigma = (
+        np.empty(n, kind),
+        np.empty(n, kind),
+        np.empty(n, kind),
+        np.empty(n, kind),
+        np.empty(n, kind),
+    )
+    return u, v, np.empty(n), quality, trust, sigma, np.empty(n, np.int64), np.empty(n, np.bool_)
+
+
+@njit(cache=True, nogil=True)
+def _not_below(start: IntArray, z: FloatArray, steep: BoolArray, limit: Float32Array) -> BoolArray:
+    kept = np.empty(len(z), np.bool_)
+    for k in range(len(start) - 1):
+        for i in range(start[k], start[k + 1]):
+            kept[i] = steep[i] or not z[i] < limit[k]
+    return kept

@@ -15,19 +15,25 @@ DIRECTIONS = (
 """Rows and columns of a step along each ray."""
 
 
-def fill_from_below(values: FloatArray, reach: int, step: float, slope: float) -> FloatArray:
-    """The raster with its holes filled as far as `reach` cells from what was measured.
+def fill_from_below(
+    values: FloatArray, reach: int, step: float, slope: float, part: tuple[slice, slice] = (slice(None), slice(None))
+) -> FloatArray:
+    """A part of the raster (rows, columns) with its holes filled as far as `reach` cells from what was measured.
 
     From a hole's cell sixteen rays look for the first measured cell. Their heights, from the lowest up, belong together as long as no gap is wider
     than `step` metres and `slope` metres per cell between the places; the lowest group with two rays or more fills the cell, by the plane or, where
     that is not held on all sides, by the mean weighted with the inverse squared distances. A cell with rays into nothing only stays NaN.
     """
-    filled = values.copy()
-    holes = np.isnan(values)
+    filled, holes = values[part].copy(), np.isnan(values)
     # distances in moves of a chess king: rays leap over what is known to be empty
     empty = np.asarray(cv2.distanceTransform(holes.astype(np.uint8), cv2.DIST_C, 3), np.float32)
-    rows, cols = np.nonzero(holes & (empty <= reach))
-    filled[rows, cols] = _fill(values, empty, rows, cols, np.array(DIRECTIONS, np.int64), reach, step, slope)
+    within = np.zeros(values.shape, bool)
+    within[part] = True
+    rows, cols = np.nonzero(holes & (empty <= reach) & within)
+    # numpy gives arrays of their own for one hole and parts of one for more, and the kernel would be compiled for both
+    rows, cols = np.ascontiguousarray(rows), np.ascontiguousarray(cols)
+    found = _fill(values, empty, rows, cols, np.array(DIRECTIONS, np.int64), reach, step, slope)
+    filled[np.isnan(filled) & (empty[part] <= reach)] = found
     return filled
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from cityflow.core.kernels import njit
-from cityflow.surface.centre_points import Buffer, KernelCells, apart_from, empty_buffer, gather, sort_by_height
+from cityflow.surface.centre_points import Buffer, apart_from, empty_buffer, gather, sort_by_height
 from cityflow.surface.fuse_cells import CellPoints
 
 
@@ -62,29 +62,36 @@ class Modes(NamedTuple):
     images: ByteArray
 
 
-def modes(points: CellPoints, shape: tuple[int, int], rule: ModeRule, instead_of: FloatArray | None = None) -> Modes:
-    """The mode of each cell.
-
-    With `instead_of` (rows, cols; metres) only cells with a height there are asked, and only of points at least `rule.step_m` metres away from it.
-    """
-    cells = KernelCells(
-        shape, points.start, points.u, points.v, points.z, points.quality, points.sigma, points.image, points.trust
-    )
+def modes(points: CellPoints, rule: ModeRule) -> Modes:
+    """The mode of each cell."""
+    shape = points.shape
     u, v, support, share, sigma = np.zeros((5, *shape), np.float32)
     found = Modes(np.full(shape, np.nan), u, v, support, share, sigma, np.zeros(shape, np.uint8))
-    asked = np.ones(shape, np.bool_) if instead_of is None else np.isfinite(instead_of)
-    _all_modes(cells, asked, found.z.copy() if instead_of is None else instead_of, rule, found)
+    _all_modes(points, np.ones(shape, np.bool_), found.z.copy(), rule, found)
     return found
 
 
-def replace_modes(found: Modes, other: Modes, where: BoolArray) -> None:
-    """Put the cells of `other` into `found` where (rows, cols) says so."""
-    for name in Modes._fields:
-        np.copyto(getattr(found, name), getattr(other, name), where=where)
+def modes_again(points: CellPoints, rule: ModeRule, found: Modes, asked: BoolArray) -> None:
+    """Put the modes of the cells (rows, cols) that are asked into `found`."""
+    _clear(found, asked)
+    _all_modes(points, asked, np.full(points.shape, np.nan), rule, found)
+
+
+def modes_instead(points: CellPoints, rule: ModeRule, found: Modes, asked: BoolArray) -> None:
+    """As `modes_again`, of only those points that are at least `rule.step_m` metres away from the height found there."""
+    refused = np.where(asked, found.z, np.nan)
+    _clear(found, asked)
+    _all_modes(points, asked, refused, rule, found)
+
+
+def _clear(found: Modes, where: BoolArray) -> None:
+    for raster in found:
+        raster[where] = 0
+    found.z[where] = np.nan
 
 
 @njit(cache=True, nogil=True)
-def _all_modes(cells: KernelCells, asked: BoolArray, refused: FloatArray, rule: ModeRule, found: Modes) -> None:
+def _all_modes(cells: CellPoints, asked: BoolArray, refused: FloatArray, rule: ModeRule, found: Modes) -> None:
     buffer = empty_buffer()
     for r in range(cells.shape[0]):
         for c in range(cells.shape[1]):
@@ -197,7 +204,7 @@ def weighted_median(height: FloatArray, weight: FloatArray, first: int, last: in
 
 @njit(cache=True, nogil=True)
 def _describe(
-    cell: tuple[int, int], cells: KernelCells, surface: tuple[float, float], n: int, buffer: Buffer, found: Modes
+    cell: tuple[int, int], cells: CellPoints, surface: tuple[float, float], n: int, buffer: Buffer, found: Modes
 ) -> None:
     """Means of the points of a surface (its middle height, and its thickness), and their precision."""
     (r, c), (centre, band) = cell, surface

@@ -56,10 +56,10 @@ def fused_tile(
         core.x_min - halo * cell_m, core.y_max + halo * cell_m, cell_m, core.rows + 2 * halo, core.cols + 2 * halo
     )
     found = fuse(points, wide, parameters)
-    filled = fill_steps(found, parameters).astype(np.float32)
     part = (slice(halo, halo + core.rows), slice(halo, halo + core.cols))
+    filled = fill_steps(found, parameters, part).astype(np.float32)
     surface = Fused(core, found.dsm[part].copy(), found.count[part].copy(), found.sigma[part].copy())
-    return FusedTile(surface, filled[part].copy(), factor, _colour(points, surface, factor))
+    return FusedTile(surface, filled, factor, _colour(points, surface, factor))
 
 
 def fine_grid(bounds: Bounds, cell_m: float, factor: int) -> Grid:
