@@ -127,6 +127,26 @@ def test_a_run_that_was_killed_goes_on(spoiled: Path, client: Client) -> None:
     assert len(after) == len(before) + 2
 
 
+def test_an_image_that_cannot_be_read_keeps_its_pose_until_it_can(spoiled: Path, client: Client) -> None:
+    """Then all is as if it had never been away."""
+    given = read_catalog(str(spoiled / "catalog"))
+    away = Path(given.images[8].href)
+    picture = away.read_bytes()
+    away.write_bytes(b"no image")
+    try:
+        found = _settled(_asked(spoiled, "late"), client)
+    finally:
+        away.write_bytes(picture)
+    assert found.poses is not None
+    assert found.poses.refined
+    assert not found.poses.is_final
+    assert list(found.poses.left_out) == [given.images[8].name]
+    assert found.catalog.images[8] == given.images[8]
+    assert "the file could not be read" in " ".join(lines_before(found.poses, unknown=False, how="auto"))
+    _settled(_asked(spoiled, "late"), client)
+    assert (spoiled / "late" / NOTE).read_bytes() == (spoiled / "run" / NOTE).read_bytes()
+
+
 def test_exact_poses_stay_and_nothing_but_the_sample_is_computed(client: Client, tmp_path: Path) -> None:
     images = ground_flight()
     given = ground_catalog(tmp_path, images, images)

@@ -48,10 +48,12 @@ def lines_before(poses: SettledPoses | None, *, unknown: bool, how: str) -> Iter
 
 
 def row_of_poses(found: SettledPoses | None) -> PosesRow | None:
-    """What the report says."""
+    """What the report says; of adjusted poses it has figures of its own beside this."""
     if found is None:
         return None
-    return PosesRow(found.refined, tuple(lines_of_poses(found)), found.sample, found.summary, tuple(found.left_out))
+    before = [_of_sample(found.sample)] if found.sample is not None else []
+    lines = before if found.refined else lines_of_poses(found)
+    return PosesRow(found.refined, tuple(lines), found.sample, found.summary, tuple(found.left_out))
 
 
 def _of_sample(sample: Mapping[str, Any]) -> str:

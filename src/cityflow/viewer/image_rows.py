@@ -111,7 +111,7 @@ class PosesRow:
 
     Attributes
     ----------
-    refined : whether adjusted poses are used;  lines : all of it for people
+    refined : whether adjusted poses are used;  lines : for people
     sample, summary : figures of the sample of pairs, and of the adjustment; None where there was none
     left_out : images that could not be read
     """
