@@ -536,7 +536,7 @@ def test_plus_comes_nearer_to_what_is_in_the_middle_and_minus_goes_back(page: Ch
 def test_the_images_of_a_building_are_told_by_their_shares(browser: Chromium, painted: Path, tmp_path: Path) -> None:
     shutil.copytree(painted, tmp_path / "run", ignore=shutil.ignore_patterns("work", "records", "surface.zarr"))
     units = json.loads((tmp_path / "run/view/data/units/900_4600.json").read_text())
-    (leaf,) = (tmp_path / "run/view/data/images").glob(f"{units[town.FLAT]['leaf']}.json")
+    (atlas_cell,) = (tmp_path / "run/view/data/images").glob(f"{units[town.FLAT]['atlas_cell']}.json")
     shares = [
         ["nadir_07.jpg", 0.612],
         ["left_03.jpg", 0.3],
@@ -544,7 +544,7 @@ def test_the_images_of_a_building_are_told_by_their_shares(browser: Chromium, pa
         ["left_04.jpg", 0.0],
         ["right_12.jpg", 0.0],
     ]
-    leaf.write_text(json.dumps({**json.loads(leaf.read_text()), town.FLAT: shares}))
+    atlas_cell.write_text(json.dumps({**json.loads(atlas_cell.read_text()), town.FLAT: shares}))
     with served(tmp_path / "run") as address:
         browser.open(address, READY)
         browser.run(f"cityflowView.choose('{town.FLAT}')")

@@ -10,7 +10,7 @@ from cityflow.core.building import Status
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.reporting.atlas_cell_faces import read_atlas_cells
-from cityflow.reporting.texture_figures import MOST_LEAVES, texture_figures
+from cityflow.reporting.texture_figures import MOST_ATLAS_CELLS, texture_figures
 from cityflow.runs.current import CurrentRecords
 from cityflow.survey.survey import Survey
 
@@ -78,10 +78,10 @@ def test_shares_by_kind_of_surface() -> None:
 
 
 def test_of_a_large_city_so_many_squares_are_read() -> None:
-    store, records = run_of(MOST_LEAVES + 30)
+    store, records = run_of(MOST_ATLAS_CELLS + 30)
     found = texture_figures(store, cast(Survey, Textured()), records)
     assert found is not None
-    assert (found.read, found.squares) == (MOST_LEAVES, MOST_LEAVES + 30)
+    assert (found.read, found.squares) == (MOST_ATLAS_CELLS, MOST_ATLAS_CELLS + 30)
     assert found.shares[1].textured == pytest.approx(0.4)
 
 

@@ -88,7 +88,7 @@ def test_what_is_known_of_a_building(made: town.Made) -> None:
     kept = known["scores"][known["kept"]]
     assert kept["method"].split("/")[0] == known["method"]
     assert sum(kept["parts"].values()) == pytest.approx(kept["penalty"], abs=1e-4)
-    assert _tree(run, f"images/{known['leaf']}.json")[town.FLAT] == [["ortho", 1.0]]
+    assert _tree(run, f"images/{known['atlas_cell']}.json")[town.FLAT] == [["ortho", 1.0]]
 
 
 def test_a_building_with_a_page_in_the_report_leads_there(

@@ -18,7 +18,7 @@ from cityflow.stages import atlas, texture
 from cityflow.survey.survey import Survey
 from cityflow.viewer.texture_rows import PlainFaces, SurfaceShare, TextureFigures
 
-MOST_CELLS = 64
+MOST_ATLAS_CELLS = 64
 """Of more, so many are read, evenly spread over the city: shares do not change for the others, but time would."""
 UPRIGHT = 0.1
 """Faces whose normal climbs or falls by no more than this are façades."""
@@ -61,7 +61,9 @@ def texture_figures(store: Store, survey: Survey, records: CurrentRecords) -> Te
         return None
     sums = _Sums()
     paths = sorted(atlas_cell_files(records).values())
-    read = [paths[i] for i in np.linspace(0, len(paths) - 1, min(len(paths), MOST_CELLS)).round().astype(int).tolist()]
+    read = [
+        paths[i] for i in np.linspace(0, len(paths) - 1, min(len(paths), MOST_ATLAS_CELLS)).round().astype(int).tolist()
+    ]
     for atlas_cell in read_atlas_cells(store, read):
         sums.add(atlas_cell)
     done = [r.result for r in records.of(texture.NAME) if r.status in (Status.DONE, Status.DEGRADED)]
