@@ -98,8 +98,9 @@ class ErredLeaves:
                 self._publish()
 
     def _publish(self) -> None:
-        self._client.publish_dataset(dict(self._held), name=self._name, override=True)
-        self._changed = False
+        with suppress(OSError):  # a scheduler that goes now keeps nothing any more; the driver notices by itself
+            self._client.publish_dataset(dict(self._held), name=self._name, override=True)
+            self._changed = False
 
     def _show(self) -> None:
         if not self._new:
