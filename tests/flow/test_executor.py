@@ -270,6 +270,27 @@ def test_damage_is_met_once_and_its_maker_runs_again(client: Client, store: Stor
     assert len(statuses(ledger)) == 4
 
 
+@pytest.mark.parametrize("unit", ["one", "deaf to errors"])
+def test_a_chunk_written_in_place_is_held_against_its_record_by_who_reads_it(
+    client: Client, store: Store, ledger: Ledger, unit: str
+) -> None:
+    """Nothing names it among the arguments of its reader; a bit of it is wrong, and its size is right."""
+    maker = toy("maker", "chunk", "surface", in_place=True)
+    reader = toy(unit, "window", inputs={"surface maker": "0" * 64, "building class": "yes"})
+    run_tasks(Given([maker]), client, store, ledger)
+    store.write_bytes(path := "shared.zarr/c/maker", b"chunk " * 8 + b"chink ")
+    # in the same run as its maker, whose record stands, and in one that does not come to it
+    for tasks in ([maker, reader], [reader]):
+        with Ledger.open(store) as again:
+            assert run_tasks(Given(tasks), client, store, again).damaged == {path}
+            assert again.state(maker) is State.SPOILED
+        assert statuses(ledger) == {"maker": Status.DONE}
+    with Ledger.open(store) as again:
+        again.spoil("surface", "maker")
+        run_tasks(Given([maker]), client, store, again)
+        assert not run_tasks(Given([maker, reader]), client, store, again).damaged
+
+
 def test_what_an_older_version_left_is_taken_as_it_is(client: Client, store: Store, ledger: Ledger) -> None:
     run_tasks(Given([toy("maker")]), client, store, ledger)
     record = made(ledger)

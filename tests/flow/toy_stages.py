@@ -186,6 +186,24 @@ def copy(workspace: Workspace, task: Task) -> Outcome:
     return workspace.outcome()
 
 
+def chunk(workspace: Workspace, task: Task) -> Outcome:
+    """Writes into an array that many share, as Zarr does."""
+    path = f"shared.zarr/c/{task.unit}"
+    workspace.store.write_bytes(path, b"chunk " * 9)
+    workspace.note(path, "0" * 64)
+    return workspace.outcome()
+
+
+def window(workspace: Workspace, task: Task) -> Outcome:
+    """Reads of that array by means of its own; some stages go on without an input that they cannot read."""
+    try:
+        workspace.store.check_once([f"shared.zarr/c/{name.split()[1]}" for name in task.inputs])
+    except CityflowError:
+        if task.unit != "deaf to errors":
+            raise
+    return workspace.outcome()
+
+
 def total(workspace: Workspace, task: Task) -> Outcome:
     """One more than the sum of the numbers that it reads; degraded by those that are not there."""
     time.sleep(float(task.arguments.get("sleep_s", 0)))

@@ -23,6 +23,7 @@ from multiprocessing.connection import Connection
 from cityflow.core.building import Status
 from cityflow.core.object_store import be_patient
 from cityflow.errors import CityflowError, RefusedUnit
+from cityflow.flow.in_place import with_lists
 from cityflow.flow.records import plain_outcome
 from cityflow.flow.reply import DUMP_SIGNAL, Ending, Reply
 from cityflow.flow.store import Store
@@ -91,7 +92,7 @@ def _run(store: Store, task: Task) -> Reply:
 
 def _called_checked(store: Store, task: Task) -> Reply:
     """Damage that was met counts, however the stage took it."""
-    expecting = store.expecting(task.expected)
+    expecting = store.expecting(with_lists(store, task.expected))
     reply = _called(expecting, task)
     damaged = expecting.expected.found if expecting.expected is not None else {}
     return Reply(Ending.DAMAGED, Outcome(Status.FAILED, "damaged input"), damaged=dict(damaged)) if damaged else reply

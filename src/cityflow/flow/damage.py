@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
 from cityflow.errors import RunError
-from cityflow.flow.hashing import sha256_of
+from cityflow.flow.hashing import sha256_of, sha256_of_file
 
 Written = tuple[int, str]
 """Bytes and SHA-256 of a file as its task left it."""
+
+CHECKED = 20_000
+"""Files that a process remembers as whole, some 300 bytes each."""
+_CHECKED: dict[str, tuple[int, int, Written]] = {}
 
 
 class DamagedFileError(RunError):
@@ -65,6 +70,27 @@ class Expected:
         written = self.written.get(path)
         if written is not None and (size := Path(file).stat().st_size) != written[0]:
             self._refuse(path, f"has {size} bytes, {written[0]} were written")
+
+    def check_once(self, path: str, file: str) -> None:
+        """Size and contents of a local file that others read, once a process as long as it stays as it is. Raises DamagedFileError."""
+        written = self.written.get(path)
+        if written is None:
+            return
+        try:
+            about = os.stat(file)
+        except FileNotFoundError:
+            self.missing(path)
+            return
+        state = about.st_mtime_ns, about.st_ino, written
+        if _CHECKED.get(file) == state:
+            return
+        if about.st_size != written[0]:
+            self._refuse(path, f"has {about.st_size} bytes, {written[0]} were written")
+        if sha256_of_file(file) != written[1]:
+            self._refuse(path, "has changed since it was written")
+        if len(_CHECKED) >= CHECKED:
+            _CHECKED.clear()
+        _CHECKED[file] = state
 
     def missing(self, path: str) -> None:
         """A file that is not there. Raises DamagedFileError where one was written."""

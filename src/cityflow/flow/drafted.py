@@ -10,7 +10,7 @@ from cityflow.core.object_store import be_patient
 from cityflow.flow.attempt import Outgrown, run_sealed
 from cityflow.flow.damage import Damage, Written
 from cityflow.flow.draft import MAKER
-from cityflow.flow.inputs import paths_in, written_by
+from cityflow.flow.inputs import FOLDERS, paths_in, written_by
 from cityflow.flow.outputs import Outputs
 from cityflow.flow.reply import Ending
 from cityflow.flow.sandbox import thread_sandbox
@@ -69,5 +69,6 @@ def run_draft(
     if before is not None and before.digest == task.digest and outputs.all_there(before):
         return Sealed.of(before)
     known = {**sent.written, **{path: w for r in records for path, w in written_by(r).items()}}
-    expected = {path: known[path] for path in paths_in(task.arguments) if path in known}
+    in_place = {path: w for path, w in known.items() if not path.startswith(FOLDERS)}
+    expected = in_place | {path: known[path] for path in paths_in(task.arguments) if path in known}
     return run_sealed(store, replace(task, expected=expected), attempt, need_mb)

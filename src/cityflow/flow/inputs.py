@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from cityflow.flow.damage import Written
+from cityflow.flow.in_place import left_list
 from cityflow.flow.kept import kept
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.outputs import digests_of
@@ -25,17 +26,20 @@ class Inputs:
     """Path → bytes and digest, from the records: those in ``work/`` name their unit, products are remembered as they come."""
 
     def __init__(self, store: Store, ledger: Ledger) -> None:
-        self._ledger = ledger
+        self._ledger, self._store = ledger, store
         self._shared = SharedTexts(store)
         self._outputs: dict[str, dict[str, Mapping[str, Written]]] = {}  # by stage and unit
         self._known: dict[str, Written] = {}  # those in ``work/`` by path
         self._products: dict[str, tuple[Node, Written]] = {}
+        self._lists: dict[str, tuple[str, Written]] = {}  # of files written in place, by the name that inputs have
+        self._before = frozenset(ledger.stages())
 
     def learn(self, record: Record) -> None:
         """A record that stands: new, or of an earlier run."""
         node, written = (record.stage, record.unit), written_by(record)
         self._keep(node, written)
         self._products.update((p, (node, w)) for p, w in written.items() if p.startswith(PRODUCTS))
+        self._note_in_place(record)
 
     def ready(self, task: Task) -> Task:
         """The task as it is sent: with what is known of its files; what it shares with others is written."""
@@ -43,7 +47,11 @@ class Inputs:
 
     def of(self, task: Task) -> dict[str, Written]:
         """What is known of the files that the arguments of a task name."""
-        return {path: written for path in paths_in(task.arguments) if (written := self._find(path)) is not None}
+        found = {path: written for path in paths_in(task.arguments) if (written := self._find(path)) is not None}
+        for name in task.inputs:
+            if (known := self._lists.get(name)) is not None or (known := self._list_before(name)) is not None:
+                found[known[0]] = known[1]
+        return found
 
     def left_by(self, nodes: Iterable[Node]) -> dict[str, Written]:
         """What is known of the files of some tasks."""
@@ -55,7 +63,28 @@ class Inputs:
 
     def maker(self, path: str) -> Node | None:
         """Stage and unit that left a file."""
-        return self._products[path][0] if path in self._products else node_of(path)
+        if path in self._products:
+            return self._products[path][0]
+        if path.startswith(FOLDERS):
+            return node_of(path)
+        nodes = ((stage, unit) for stage, _, unit in (name.partition(" ") for name in self._lists))
+        return next((node for node in nodes if path in self._left_by(node)), None)
+
+    def _note_in_place(self, record: Record) -> None:
+        """Chunks of a surface, and what else was written by other means: no argument names them."""
+        if record.sums and self._store.is_local:
+            in_place = {path: (record.sizes[path], digest) for path, digest in record.sums.items()}
+            self._lists[f"{record.stage} {record.unit}"] = left_list(self._store, in_place)
+
+    def _list_before(self, name: str) -> tuple[str, Written] | None:
+        """Of a task of an earlier run that this one does not come to."""
+        stage, is_node, unit = name.partition(" ")
+        if not is_node or stage not in self._before or (record := self._ledger.latest(stage, unit)) is None:
+            return None
+        self._note_in_place(record)
+        if record.outputs and not record.sums:
+            self._before -= {stage}  # its tasks write nothing in place
+        return self._lists.get(name)
 
     def _find(self, path: str) -> Written | None:
         known = self._known.get(path)

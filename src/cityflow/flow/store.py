@@ -151,6 +151,19 @@ class Store:
         """What zarr and xarray take as a store: a path, or an ``FsspecStore``."""
         return self.folder.zarr_store(_checked(path))
 
+    def check_once(self, paths: Iterable[str]) -> None:
+        """Hold local files that others read (Zarr) against what was written, each once a process as long as it stays as it is.
+
+        Nothing is checked on an object store, where it would be a request for each file.
+
+        Raises
+        ------
+        DamagedFileError : one is gone, or is not what was written
+        """
+        if self.expected is not None and self.is_local:
+            for path in paths:
+                self.expected.check_once(path, self.url(path))
+
     @contextmanager
     def _expecting(self, paths: Sequence[str]) -> Iterator[None]:
         """A file that is gone, and should be there, is damage too."""

@@ -11,9 +11,9 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import PointCloud, concatenate
 from cityflow.flow.store import Store
 from cityflow.handover.image_copies import image_copies
+from cityflow.handover.surface_windows import read_windows
 from cityflow.io.images.tiled_images import TiledImage, open_image
 from cityflow.io.points import las
-from cityflow.io.rasters.surface_dataset import read_layers
 
 PIECES_KEPT = 24
 """Decoded pieces a process keeps: at 15 points per m² and cells of 50 m some 40,000 points or 1.2 MB each."""
@@ -32,7 +32,7 @@ def read_points(store: Store, paths: Sequence[str], bounds: Bounds | None = None
 
 def read_surface(store: Store, zarr: str, city: Grid, bounds: Bounds) -> tuple[Grid, dict[str, np.ndarray]]:
     """Layers of one of the run's surfaces over `bounds`: float heights with NaN where there is none."""
-    return read_layers(store.zarr_store(zarr), city, bounds, ("dsm", "dtm", "ndsm", "class"))
+    return read_windows(store, zarr, city, bounds, ("dsm", "dtm", "ndsm", "class"))
 
 
 @lru_cache(maxsize=IMAGES_KEPT)

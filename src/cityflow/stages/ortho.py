@@ -17,8 +17,8 @@ from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.colour_images import ColourInputs
 from cityflow.handover.layer_files import publish_rasters, store_ortho
+from cityflow.handover.surface_windows import read_windows
 from cityflow.handover.surfaces import Surfaces
-from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.surface.ortho_visibility import BlockingSurface, block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
 from cityflow.survey.city import City
@@ -104,7 +104,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     whole = given.surfaces.fine
     grid = Grid.covering(given.bounds, whole.cell)
     around = grown(given.bounds, parameters.halo_m)
-    wide, layers = read_layers(workspace.store.zarr_store(ZARR), whole, around, ["dsm_filled"])
+    wide, layers = read_windows(workspace.store, ZARR, whole, around, ["dsm_filled"])
     surface = layers["dsm_filled"]
     blocking = block_maxima(wide, surface, round(given.surfaces.working.cell / whole.cell))
     own = surface[wide.slices(grid)]

@@ -25,8 +25,8 @@ from cityflow.handover.cached_reads import read_points
 from cityflow.handover.field_types import EditsField, FrameField
 from cityflow.handover.outline_lines import OutlineAt
 from cityflow.handover.split_lines import encode_splitting
+from cityflow.handover.surface_windows import read_windows
 from cityflow.handover.surfaces import Surfaces
-from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.splitting.edited_cuts import is_locked, with_edits
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.surface.sample import sample
@@ -179,7 +179,7 @@ def _found(store: Store, given: SplitInputs, outline: Outline, parameters: Split
 def read_evidence(store: Store, given: SplitInputs, outline: Outline) -> SplitEvidence | None:
     """Rasters of every look direction over the outline, and the points where LiDAR has some; None where nothing was surveyed."""
     bounds, surfaces = grown(outline.polygon.bounds, AROUND_M), given.surfaces
-    grid, layers = read_layers(store.zarr_store(surfaces.group), surfaces.working, bounds, ("dsm", "dtm"))
+    grid, layers = read_windows(store, surfaces.group, surfaces.working, bounds, ("dsm", "dtm"))
     xy = shapely.get_coordinates(shapely.segmentize(outline.polygon, GROUND_SAMPLING_M))
     ground = sample(grid, layers["dtm"], xy[:, 0], xy[:, 1])
     if not np.isfinite(ground).any():
@@ -193,7 +193,7 @@ def read_evidence(store: Store, given: SplitInputs, outline: Outline) -> SplitEv
 
 def _nadir(store: Store, given: SplitInputs, bounds: Bounds) -> FrameRasters:
     names = ("dsm", "ortho", "ortho_seen") if given.pictures else ("dsm",)
-    grid, layers = read_layers(store.zarr_store(ZARR), given.surfaces.fine, bounds, names)
+    grid, layers = read_windows(store, ZARR, given.surfaces.fine, bounds, names)
     return FrameRasters(NADIR, grid, layers["dsm"], layers.get("ortho"), layers.get("ortho_seen"))
 
 
@@ -209,8 +209,8 @@ def _oblique(
         bounds = grown((*seen.min(axis=0).tolist(), *seen.max(axis=0).tolist()), AROUND_M)
         if not bounds_meet(raster.grid.bounds, bounds):
             continue
-        grid, layers = read_layers(
-            store.zarr_store(f"{FRAMES}/{frame.name}"), raster.grid, bounds, ("dsm", "ortho", "ortho_seen")
+        grid, layers = read_windows(
+            store, f"{FRAMES}/{frame.name}", raster.grid, bounds, ("dsm", "ortho", "ortho_seen")
         )
         if np.isfinite(layers["dsm"]).any():
             yield FrameRasters(frame, grid, layers["dsm"], layers["ortho"], layers["ortho_seen"])

@@ -25,12 +25,12 @@ from cityflow.handover.colour_images import ColourRows
 from cityflow.handover.fallback_block import failed_block
 from cityflow.handover.layer_files import GivenOrtho, given_colours
 from cityflow.handover.outline_lines import OutlineAt
+from cityflow.handover.surface_windows import read_windows
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.texture_files import Rings, encode_unit
 from cityflow.io.city_models.cityjson import read_feature
 from cityflow.io.crs import resolve
 from cityflow.io.rasters.remote_raster import raster_file
-from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.reconstruction.party.party_walls import cut_party_walls
 from cityflow.survey.city import City
 from cityflow.survey.colours import colours_of
@@ -201,7 +201,7 @@ def _shells(building: Building) -> Iterator[Polyhedron]:
 
 
 def _heights(store: Store, surfaces: Surfaces, bounds: Bounds) -> tuple[FloatArray, Grid]:
-    grid, layers = read_layers(store.zarr_store(ZARR), surfaces.fine, bounds, ("dsm_filled",))
+    grid, layers = read_windows(store, ZARR, surfaces.fine, bounds, ("dsm_filled",))
     return layers["dsm_filled"].astype(np.float64), grid
 
 

@@ -44,6 +44,19 @@ def read_layers(
     return window, {name: np.asarray(variables[name][..., rows, cols]) for name in names}
 
 
+def chunks_over(store: StoreLike, grid: Grid, bounds: Bounds, names: Sequence[str] = tuple(LAYERS)) -> list[str]:
+    """Paths inside the store of the chunks that `read_layers` reads, whether they were written or not. Raises as it does."""
+    rows, cols = grid.slices(window_of(grid, bounds))
+    surface = _kept(_Opened(store))
+    tile, variables = int(surface.attrs["chunk_cells"]), surface.variables
+    places = [
+        f"{row}/{col}"
+        for row in range(rows.start // tile, -(-rows.stop // tile))
+        for col in range(cols.start // tile, -(-cols.stop // tile))
+    ]
+    return [f"{name}/c/{'0/' * (variables[name].ndim - 2)}{place}" for name in names for place in places]
+
+
 def chunked_surface(store: StoreLike) -> xr.Dataset:
     """The survey's part of the layers: Dask arrays with one chunk per ground tile, coordinates, and the CRS (`.rio.crs`).
 

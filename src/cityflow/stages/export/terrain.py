@@ -23,13 +23,13 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.fallback_block import surface_over
 from cityflow.handover.layer_files import GivenOrtho, given_colours
 from cityflow.handover.outline_lines import Standing
+from cityflow.handover.surface_windows import read_windows
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.texture_files import PAGES
 from cityflow.io.crs import resolve
 from cityflow.io.images.image_write import jpeg_bytes
 from cityflow.io.rasters.raster_white import WHITE
 from cityflow.io.rasters.remote_raster import raster_file
-from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.surface.tin import Tin, TinParameters, terrain_tin
 from cityflow.survey.surface_source import ZARR
 from cityflow.texture.patches.fill import interpolated
@@ -112,8 +112,8 @@ def _own(workspace: Workspace, whole: Grid, white: float, bounds: Bounds, longes
     for first in range(0, grid.rows, rows):
         last = min(first + rows, grid.rows)
         top, low = fine.y_max - first * grid.cell, max(fine.y_max - last * grid.cell, bounds[1])
-        _, layers = read_layers(
-            workspace.store.zarr_store(ZARR), whole, (bounds[0], low, bounds[2], top), ("ortho", "ortho_seen")
+        _, layers = read_windows(
+            workspace.store, ZARR, whole, (bounds[0], low, bounds[2], top), ("ortho", "ortho_seen")
         )
         values[first:last], known[first:last] = _means(layers["ortho"], layers["ortho_seen"], factor)
     values *= np.float32(WHITE / white)

@@ -19,9 +19,9 @@ from cityflow.handover.field_types import EditsField
 from cityflow.handover.outline_lines import Standing, decode_all, entries, lines, owned
 from cityflow.handover.outline_spool import decode_plain
 from cityflow.handover.refused_outlines import REFUSED, encode_refused
+from cityflow.handover.surface_windows import read_windows
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_point_files import read_walls
-from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.given.edited import apply_to_outlines
 from cityflow.outlines.under_eaves.facades_inside import SeenHouses
@@ -257,7 +257,7 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
 def _region(store: Store, given: FoundInputs, parameters: FindParameters) -> RegionSurface:
     """The surface of the tile and its halo."""
     surfaces, tile = given.surfaces, given.tile
-    grid, layers = read_layers(store.zarr_store(surfaces.group), surfaces.working, tile.buffered(parameters.halo_m))
+    grid, layers = read_windows(store, surfaces.group, surfaces.working, tile.buffered(parameters.halo_m))
     walls = None if given.walls is None else read_walls(store, given.walls, grid.bounds)
     return RegionSurface(
         grid, layers["ndsm"], layers["class"], layers["holes"], tile.bounds, layers["count"], walls, layers["dtm"],

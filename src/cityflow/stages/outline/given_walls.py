@@ -14,9 +14,9 @@ from cityflow.flow.store import Store
 from cityflow.flow.typed import TaskInputs
 from cityflow.handover.house_points import LOW_M, houses_of
 from cityflow.handover.outline_lines import Standing
+from cityflow.handover.surface_windows import read_windows
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_point_files import read_walls
-from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.outlines.noded.adjacency import party_edges
 from cityflow.outlines.under_eaves.facades_inside import LARGEST_M, NEAR_M, SeenHouses, facade_inside
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters, walls_moved_in
@@ -97,7 +97,7 @@ def _seen(store: Store, facades: FacadeInputs, bounds: Bounds) -> SeenHouses:
     if facades.points is not None:
         return SeenHouses.of(houses_of(store, facades.points, bounds), None)
     surfaces = facades.surfaces
-    grid, layers = read_layers(store.zarr_store(surfaces.group), surfaces.working, bounds, ("dsm",))
+    grid, layers = read_windows(store, surfaces.group, surfaces.working, bounds, ("dsm",))
     return SeenHouses.of(grid.points(layers["dsm"].astype(np.float64)), read_walls(store, facades.walls, bounds))
 
 

@@ -29,11 +29,11 @@ from cityflow.geometry.outline_distances import distances_to_outline
 from cityflow.handover.cached_reads import read_points
 from cityflow.handover.house_points import LOW_M, NO_PART_OF_HOUSES
 from cityflow.handover.layer_files import GivenOrtho, given_colours
+from cityflow.handover.surface_windows import read_windows
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_point_files import read_walls
 from cityflow.io.crs import resolve
 from cityflow.io.rasters.remote_raster import raster_file
-from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.io.rasters.surface_zarr import window_of
 from cityflow.surface.evenness import NEIGHBOURS
 from cityflow.surface.sample import sample
@@ -179,12 +179,12 @@ def _rasters(store: Store, given: EvidenceInputs, outline: Outline) -> _Rasters:
     surfaces, own = given.surfaces, given.own_orthos
     alone = surfaces.group == ZARR
     names = ("dsm", "dtm", *(("class",) if alone else ()), *(("ortho", "ortho_seen") if own else ()))
-    fine, found = read_layers(store.zarr_store(ZARR), surfaces.fine, bounds, names)
+    fine, found = read_windows(store, ZARR, surfaces.fine, bounds, names)
     if alone:
         grid = window_of(fine, near)
         layers = {k: found[k][fine.slices(grid)] for k in ("dtm", "class")}
     else:
-        grid, layers = read_layers(store.zarr_store(surfaces.group), surfaces.working, near, ("dtm", "class"))
+        grid, layers = read_windows(store, surfaces.group, surfaces.working, near, ("dtm", "class"))
     heights = HeightRaster(fine, found["dsm"].astype(np.float64), found["dtm"].astype(np.float64))
     return _Rasters(
         grid,
