@@ -14,6 +14,7 @@ from pystac.extensions.pointcloud import PointcloudExtension
 from pystac.extensions.projection import ProjectionExtension
 
 from cityflow.errors import CatalogError
+from cityflow.io.catalog.catalog_kinds import kinds_in
 from cityflow.io.catalog.stac import COLLECTION, Catalog, is_catalog, read_catalog, sha256_of
 from cityflow.io.catalog.stac_assets import RasterAsset
 from survey_files import DELFT
@@ -145,3 +146,20 @@ def test_an_outline_far_away_makes_no_survey_larger(delft: Catalog) -> None:
     assert replace(delft, outlines=far).bounds == delft.bounds
     assert replace(delft, lidar=(), outlines=far, rasters={"dsm": dsm, "ortho": ortho}).bounds == dsm.bounds
     assert replace(delft, lidar=(), outlines=far, rasters={"ortho": ortho}).bounds == ortho.bounds
+
+
+def test_kinds_are_told_early_or_not_at_all(tmp_path: Path) -> None:
+    """Nothing is read beyond the catalog's folder, and what is odd is left to those who read it."""
+    assert kinds_in(DELFT / COLLECTION) == {"lidar", "outlines"}
+    collection = json.loads((DELFT / COLLECTION).read_text())
+    for links in (
+        [{"rel": "child", "href": "./more/collection.json"}],
+        [{"rel": "item", "href": "../items/a.json"}],
+        [{"rel": "item", "href": "https://example.org/a.json"}],
+        [{"rel": "item", "href": "./missing.json"}],
+        [{"rel": "item"}],
+        [{"rel": "item", "href": "./a.json"}] * 1000,
+    ):
+        (tmp_path / COLLECTION).write_text(json.dumps({**collection, "links": links}))
+        assert kinds_in(tmp_path / COLLECTION) is None
+    assert kinds_in(tmp_path / "none.json") is None

@@ -19,7 +19,8 @@ def kinds_in(collection: Path) -> frozenset[str] | None:
         tree = json_of(read_small(collection))
         links = [(str(link["rel"]), str(link["href"])) for link in tree["links"]]
         items = [href for relation, href in links if relation == "item"]
-        if len(items) > MOST_ITEMS or any(relation == "child" or "://" in href for relation, href in links):
+        elsewhere = any(":" in href or href.startswith("/") or ".." in href for href in items)
+        if len(items) > MOST_ITEMS or elsewhere or any(relation == "child" for relation, _ in links):
             return None
         found = (json_of(read_small(collection.parent / href)) for href in items)
         return frozenset(str(item["properties"][KIND]) for item in found)
