@@ -128,6 +128,7 @@ class Oriented:
     told: str
     work: Path
     page: str
+    covariances: tuple[tuple[float, ...], ...]
 
     @property
     def model(self) -> tuple[list[OrientedImage], np.ndarray]:
@@ -152,8 +153,11 @@ def oriented(tmp_path_factory: pytest.TempPathFactory) -> Oriented:
         photos = _written(folder / "photos", pictures)
         asked = OrientationAsked(str(photos), str(out), True, crs=CRS)
         run_orientation(asked, work, "", 1, Console(file=file, width=200))
-    images = {Path(a.name).stem: a.oriented for a in read_catalog(str(out)).images}
-    return Oriented(images, json.loads((out / FIGURES).read_text()), told.read_text(), work, (out / PAGE).read_text())
+    assets = read_catalog(str(out)).images
+    images = {Path(a.name).stem: a.oriented for a in assets}
+    covariances = tuple(a.pose_covariance for a in assets)
+    report, page = json.loads((out / FIGURES).read_text()), (out / PAGE).read_text()
+    return Oriented(images, report, told.read_text(), work, page, covariances)
 
 
 def _errors(found: dict[str, OrientedImage], flight: Flight) -> tuple[np.ndarray, np.ndarray]:
@@ -175,6 +179,13 @@ def test_photographs_with_gnss_and_bad_frames(oriented: Oriented) -> None:
     assert abs(focal / CAMERA.fx - 1) < 0.01
     assert "which the pictures contradict" in oriented.told
     assert oriented.report["reprojection_px"] < 0.6
+    adjusted = oriented.report["summary"]
+    assert adjusted["taken"]
+    assert adjusted["positions"] == 12
+    assert adjusted["position_sigma_m"] == pytest.approx(PLACE_SIGMA_M, rel=0.5)
+    assert set(oriented.report["images"]) == set(oriented.found)
+    assert "Adjusted with 12 GNSS positions" in oriented.told
+    assert [len(c) for c in oriented.covariances] == [21] * 12
     assert oriented.report["left_out"]["i00b.jpg"] == "the same file as i00.jpg"
     assert "blurred, dark" in oriented.report["left_out"]["black"]
     assert "12 of 14 images have a pose" in oriented.page

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from pydantic import Field
-from scipy.sparse import coo_array, csr_array, eye_array, hstack
 
-from cityflow.adjustment.block import INTERIOR, Block, interior_change, residuals, vector_of
-from cityflow.adjustment.control import Control, joined, mark_weights, place_weights, seen_places
-from cityflow.adjustment.normal_equations import Normal, Prior
+from cityflow.adjustment.block import INTERIOR, Block, residuals
+from cityflow.adjustment.control import Control, joined, mark_weights, seen_places
+from cityflow.adjustment.given_poses import Exactness, Unknowns, prior_of
+from cityflow.adjustment.normal_equations import Normal
 from cityflow.adjustment.tracks import Ties
 from cityflow.adjustment.triangulation import robust_weights, triangulated, well_placed
 from cityflow.core.arrays import BoolArray, FloatArray
@@ -30,8 +30,8 @@ REJECTED = 4.0
 """Observations with larger residuals are left out, in standard deviations."""
 GROSS_PX = 4.0
 """What is left out before anything is adjusted: further off than this plus four times what most are."""
-LENS_SIGMA = np.array([0.01, 0.01, 0.01, 0.1, 0.1, 0.01, 0.01, 0.1])
-"""What a given camera may be off where it is calibrated: focal length and principal point (shares of the focal length), distortion."""
+FEW_REDUNDANT = 3.0
+"""Redundant observations of a group below which their residuals tell little of how exact it is."""
 ROUNDS, STEPS = 6, 3
 """Rounds, each with weights and standard deviations of the one before, and steps of Gauss and Newton in each; set by hand."""
 
@@ -66,6 +66,9 @@ class Adjusted:
         were held and should not have been
     shift : (3,) by which all given positions lie off the control points together, metres; zeros where nothing tells
     held : names of the control points that hold the block
+    arms, arm_sigmas : (K, 3) places of antennas in the frames of the cameras, metres, see `Exactness`, and how surely they are known: 0 where they are
+        no unknowns
+    away : (N, 6) the poses less those given, see `Unknowns`
     """
 
     block: Block
@@ -78,7 +81,10 @@ class Adjusted:
     interior_step: FloatArray
     interior_sigmas: FloatArray
     shift: FloatArray
-    held: tuple[str, ...] = ()
+    held: tuple[str, ...]
+    arms: FloatArray
+    arm_sigmas: FloatArray
+    away: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,39 +93,47 @@ class Held:
 
     Attributes
     ----------
-    control : the points;  start : the block, with the tie points
+    control : the points; None: given positions alone hold it;  start : the block, with the tie points
     shift : (3,) of all given positions against the points, metres; None where there are too few points to tell
     """
 
-    control: Control
+    control: Control | None
     start: Block
     shift: FloatArray | None
 
 
-def adjusted(given: Block, ties: Ties, parameters: AdjustmentParameters, held: Held | None = None) -> Adjusted:
+def adjusted(
+    given: Block,
+    ties: Ties,
+    parameters: AdjustmentParameters,
+    held: Held | None = None,
+    exact: Exactness | None = None,
+) -> Adjusted:
     """Adjust poses and tie points; poses of images without ties stay as given.
 
     Parameters
     ----------
     given : with the poses that are observations
     held : with the ties of `held.start` only
+    exact : how exact given poses are among themselves; None: alike
 
     Raises
     ------
     ValueError
         No tie points are left, or their equations have no solution.
     """
-    if held is None:
-        block, ties = _sound(given, ties, parameters)
-    else:
-        known_xyz = np.where(np.isfinite(held.control.xyz), held.control.xyz, seen_places(held.start, held.control)[0])
-        block = replace(held.start, xyz=np.concatenate([held.start.xyz, known_xyz]))
+    exact = exact or Exactness.alike(given)
     control, shift = (held.control, held.shift) if held is not None else (None, None)
+    if held is None:
+        block, ties = sound(given, ties, parameters)
+    else:
+        block = _with_places(held.start, control)
+    now = Unknowns(block, shift, exact.arms)
     footprint = pixel_on_ground(block, joined(ties, control))
     focal = float(np.median([np.sqrt(c.fx * c.fy) for c in block.cameras]))
     known = parameters.position_sigma_m, parameters.angle_sigma_deg
     sigma_px = FIRST_SIGMA_PX
-    position = known[0] or FIRST_POSE_PX * footprint
+    position = known[0] or exact.start_m or FIRST_POSE_PX * footprint
     angle = float(np.radians(known[1])) if known[1] else FIRST_POSE_PX / focal
     covariances = np.zeros((len(block.centres), 6, 6))
     calibrated = bool(parameters.calibrate)
@@ -131,42 +145,63 @@ def adjusted(given: Block, ties: Ties, parameters: AdjustmentParameters, held: H
             weight = np.concatenate(
                 [robust_weights(left[:count], ties.sigma, sigma_px), mark_weights(left[count:], every.sigma[count:])]
             )
-            prior = _prior(given, block, sigmas, shift, control, calibrated)
+            prior = prior_of(given, now, sigmas, exact, control, calibrated)
             normal = Normal(block, every, left, weight, prior, calibrated=calibrated)
-            block, shift = _stepped(block, shift, *normal.step())
+            now = now.stepped(*normal.step(), exact.arms_open)
+            block = now.block
         covariances = normal.covariances()
-        away = _away(given, block, shift)
+        away = now.away(given)
         firm = prior.weights[: away.size].reshape(away.shape)
-        free = 1.0 - np.einsum("nii->ni", covariances) * firm
-        lost = 0.0 if shift is None else 3.0
+        free = np.where(firm > 0, 1.0 - np.einsum("nii->ni", covariances) * firm, 0.0)
+        lost = (0 if shift is None else 3) + (exact.arms.size if exact.arms_open else 0)
         redundancy = [max(float(free[:, k : k + 3].sum()) - less, 1e-3) for k, less in ((3, lost), (0, 0.0))]
-        spare = max(2 * len(ties.point) - 3 * ties.points - sum(redundancy), 1.0)
+        unobserved = int((firm <= 0).sum())
+        spare = max(2 * len(ties.point) - 3 * ties.points - unobserved - sum(redundancy), 1.0)
         left_of_all = residuals(block, every)[0]
         left = left_of_all[:count]
         normed = np.abs(left / ties.sigma[:, None])
         sigma_px = 1.4826 * float(np.median(normed)) * float(np.sqrt(2 * len(ties.point) / spare))
         position, angle = (
-            float(np.sqrt(np.sum(away[:, k : k + 3] ** 2 * firm[:, k : k + 3] * old**2) / r)) if known is None else old
+            _estimated(away[:, k : k + 3], firm[:, k : k + 3], r, old) if known is None else old
             for k, r, old, known in zip((3, 0), redundancy, sigmas, known, strict=True)
         )
         position, angle = max(position, LEAST_POSE_PX * footprint), max(angle, LEAST_POSE_PX / focal)
         if number < ROUNDS - 1:
             ties, block = _without(ties, block, np.linalg.norm(left, axis=1) < REJECTED * sigma_px * ties.sigma)
+            now = replace(now, block=block)
     if not np.isfinite(block.centres).all() or not np.isfinite(sigma_px):
         raise ValueError("the equations of the tie points have no solution")
     with_lens = Normal(
-        block, every, left_of_all, weight, _prior(given, block, sigmas, shift, control, True), calibrated=True
+        block, every, left_of_all, weight, prior_of(given, now, sigmas, exact, control, True), calibrated=True
     )
     lens = slice(6 * len(block.centres), 6 * len(block.centres) + INTERIOR * len(block.cameras))
     interior_sigmas = np.sqrt(np.einsum("kii->ki", with_lens.interior_covariances()))
+    arm_sigmas = np.zeros_like(now.arms)
+    if exact.arms_open:
+        arm_sigmas = np.sqrt(np.diagonal(normal.last_covariance(now.arms.size))).reshape(-1, 3)
     return Adjusted(
         replace(block, xyz=block.xyz[: ties.points]), ties, covariances, sigma_px, position, angle, calibrated,
         with_lens.step()[0][lens].reshape(-1, INTERIOR), interior_sigmas,
-        np.zeros(3) if shift is None else shift, control.names if control is not None else (),
+        np.zeros(3) if now.shift is None else now.shift, control.names if control is not None else (),
+        now.arms, arm_sigmas, away,
     )  # fmt: skip
 
 
-def _sound(given: Block, ties: Ties, parameters: AdjustmentParameters) -> tuple[Block, Ties]:
+def _estimated(away: FloatArray, firm: FloatArray, redundancy: float, old: float) -> float:
+    """Standard deviation of a group of observations by its residuals; what too little redundancy says does not make it larger."""
+    found = float(np.sqrt(np.sum(away**2 * firm * old**2) / redundancy))
+    return min(found, old) if redundancy < FEW_REDUNDANT else found
+
+
+def _with_places(start: Block, control: Control | None) -> Block:
+    """The block with known points behind its tie points."""
+    if control is None:
+        return start
+    known = np.where(np.isfinite(control.xyz), control.xyz, seen_places(start, control)[0])
+    return replace(start, xyz=np.concatenate([start.xyz, known]))
+
+
+def sound(given: Block, ties: Ties, parameters: AdjustmentParameters) -> tuple[Block, Ties]:
     """Ties whose rays meet before the cameras and at an angle, without gross errors."""
     for _ in range(2):
         block = triangulated(given, ties)
@@ -193,60 +228,3 @@ def pixel_on_ground(block: Block, ties: Ties) -> float:
     depth = residuals(block, ties)[1]
     focal = np.array([np.sqrt(c.fx * c.fy) for c in block.cameras])[block.camera[ties.image]]
     return float(np.median(depth / focal))
-
-
-def _away(given: Block, block: Block, shift: FloatArray | None) -> FloatArray:
-    """(N, 6) the poses less those given: rotation vectors in the camera frames, centres without their common shift."""
-    turns = block.rotations @ np.swapaxes(given.rotations, 1, 2)
-    moved = block.centres - given.centres - (0.0 if shift is None else shift)
-    return np.concatenate([vector_of(turns), moved], axis=1)
-
-
-def _prior(
-    given: Block,
-    block: Block,
-    sigmas: tuple[float, float],
-    shift: FloatArray | None,
-    control: Control | None,
-    calibrated: bool,
-) -> Prior:
-    """Given poses, cameras and known places as observations; single poses and places that are far off lose their weight."""
-    away = _away(given, block, shift)
-    weights = np.empty_like(away)
-    for columns, sigma in ((slice(3, 6), sigmas[0]), (slice(0, 3), sigmas[1])):
-        normed = np.sum(away[:, columns] ** 2, axis=1) / (3 * sigma**2)
-        weights[:, columns] = (1.0 / sigma**2 / np.maximum(normed / 9.0, 1.0))[:, None]
-    lens = len(block.cameras) if calibrated else 0
-    change = [interior_change(then, now) for now, then in zip(block.cameras[:lens], given.cameras[:lens], strict=True)]
-    points, points_away = np.zeros_like(block.xyz), np.zeros_like(block.xyz)
-    if control is not None:
-        first = len(block.xyz) - len(control.names)
-        off = np.where(np.isfinite(control.xyz), block.xyz[first:] - control.xyz, 0.0)
-        points[first:], points_away[first:] = place_weights(off, control), off
-    return Prior(
-        _observed(len(away), lens, shift is not None),
-        np.concatenate([weights.reshape(-1), np.tile(1.0 / LENS_SIGMA**2, lens)]),
-        np.concatenate([away.reshape(-1), *change]), points, points_away,
-    )  # fmt: skip
-
-
-def _observed(images: int, cameras: int, shifted: bool) -> csr_array:
-    """How `_prior`'s observations change with the unknowns: each is one of them, and positions lie off by the shift."""
-    own = 6 * images + INTERIOR * cameras
-    rows = eye_array(own, format="csr")
-    if not shifted:
-        return csr_array(rows)
-    centre = 6 * np.arange(images)[:, None] + np.arange(3, 6)
-    axis = np.tile(np.arange(3), images)
-    minus = coo_array((np.full(3 * images, -1.0), (centre.reshape(-1), axis)), shape=(own, 3))
-    return csr_array(hstack([rows, minus]))
-
-
-def _stepped(
-    block: Block, shift: FloatArray | None, step: FloatArray, points: FloatArray
-) -> tuple[Block, FloatArray | None]:
-    poses, lens = 6 * len(block.centres), INTERIOR * len(block.cameras)
-    if shift is not None:
-        shift, step = shift + step[-3:], step[:-3]
-    interior = step[poses:] if len(step) > poses else np.zeros(lens)
-    return block.moved(step[:poses].reshape(-1, 6), points, interior.reshape(-1, INTERIOR)), shift

@@ -43,6 +43,7 @@ class MappedModel:
     numbers : of the images, ascending;  images : in the same order
     xyz : (P, 3) tie points;  lengths : (P,) images that show each;  errors_px : (P,) mean reprojection error of each
     observations : (N,) tie points of each image
+    tracks : (M, 3) where they show them: number of the tie point, of the image, of the point among the image's points
     focal_sigmas : number of a camera → standard deviation of its focal length, pixels; None where the scene leaves it open, and it was held
     """
 
@@ -52,6 +53,7 @@ class MappedModel:
     lengths: IntArray
     errors_px: FloatArray
     observations: IntArray
+    tracks: IntArray
     focal_sigmas: Mapping[int, float | None]
 
     @property
@@ -237,6 +239,9 @@ def _model(folder: Path) -> MappedModel:
         np.array([p.track.length() for p in points], np.int64),
         np.array([p.error for p in points], np.float64),
         np.array([theirs.images[n].num_points3D for n in numbers], np.int64),
+        np.array(
+            [(k, e.image_id - 1, e.point2D_idx) for k, p in enumerate(points) for e in p.track.elements], np.int64
+        ).reshape(-1, 3),
         {int(n) - 1: None if c["held"] else c["sigma_px"] for n, c in json.loads((folder / CALIBRATED).read_text()).items()},
     )  # fmt: skip
 

@@ -26,7 +26,7 @@ class Prior:
     """What is known beside the images: O observations of the D unknowns, and of the P points' places.
 
     Unknowns are radians and metres of N poses, then 8 of each camera where cameras are calibrated, then 3 metres of the common shift of given positions
-    where there is one.
+    where there is one, then 3 metres of each antenna's arm where these are unknown.
 
     Attributes
     ----------
@@ -123,6 +123,12 @@ class Normal:
         return np.array(
             [columns[k : k + INTERIOR, k : k + INTERIOR] for k in range(0, len(columns), INTERIOR)]
         ).reshape(-1, INTERIOR, INTERIOR)
+
+    def last_covariance(self, count: int) -> FloatArray:
+        """(count, count) of the last unknowns."""
+        unit = np.zeros((self._size, count))
+        unit[np.arange(self._size - count, self._size), np.arange(count)] = 1.0
+        return self._solve(unit)[self._size - count :]
 
     def _solve(self, right: FloatArray) -> FloatArray:
         if self._factor is None:

@@ -99,7 +99,7 @@ def refined(
         figures = ControlFigures(residual, found.shift, shift_known)
     gain = gained(given, found.block, kept_out)
     observations = np.bincount(found.ties.image, minlength=len(images))
-    sigma = _in_pixels(found)
+    sigma = in_pixels(found)
     weak = tuple(n for n, o, s in zip(names, observations, sigma, strict=True) if o < FEW_TIES or s > WEAK_PX)
     poses, covariances = tuple(images), found.covariances
     if gain.is_significant or found.held:
@@ -129,7 +129,7 @@ def _held(
     return calibrated_if_significant(given, found.ties, kept_out, chosen, held), enough
 
 
-def _in_pixels(found: Adjusted) -> FloatArray:
+def in_pixels(found: Adjusted) -> FloatArray:
     """(N,) what the uncertainty of a pose moves its picture by: across the axis, at the depth of its ties, pixels."""
     block, ties = found.block, found.ties
     depth = residuals(block, ties)[1]

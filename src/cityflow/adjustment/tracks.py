@@ -84,6 +84,24 @@ def tied(matches: Mapping[tuple[int, int], IntArray], uv: Sequence[FloatArray], 
     return ties.of_points(sound)
 
 
+def of_tracks(tracks: IntArray, uv: Sequence[FloatArray], scale: Sequence[np.ndarray]) -> Ties:
+    """Ties of tracks that somebody else has joined.
+
+    Parameters
+    ----------
+    tracks : (M, 3) numbers of the tie point, of the image, of the point among the image's features; points count from 0 without gaps
+    uv, scale : as in `tied`
+    """
+    point, image, feature = tracks[np.lexsort((tracks[:, 1], tracks[:, 0]))].T
+    first = np.cumsum([0, *(len(each) for each in uv)])[image] + feature
+    size = np.concatenate(list(scale)).astype(np.float64)[first]
+    size = np.maximum(size / max(float(np.min(size, initial=np.inf)), 1e-6), 1.0)
+    ties = Ties(point, image, feature, np.concatenate(list(uv)).astype(np.float64)[first], np.sqrt(size))
+    # a track that shows two points in one image contradicts itself
+    twice = (point[1:] == point[:-1]) & (image[1:] == image[:-1])
+    return ties.some(np.r_[True, ~twice]) if len(point) else ties
+
+
 def spread(ties: Ties, sizes: Sequence[tuple[int, int]], cells: int) -> Ties:
     """The longest tracks in each cell of each image: fewer points that hold the block as firmly.
 

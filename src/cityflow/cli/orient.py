@@ -56,6 +56,13 @@ def orient(
             help="Photographs: CRS of the catalog, EPSG:n or 'local'; empty: that of the control points, UTM for GNSS positions"
         ),
     ] = "",
+    lever_arm: Annotated[
+        str,
+        typer.Option(
+            metavar="X,Y,Z",
+            help="Photographs of one camera: its projection centre to the antenna, metres right, down and ahead in the picture; empty: found where significant",
+        ),
+    ] = "",
     city: Annotated[
         str, typer.Option("--city", metavar="RUN", help="Photographs: then make the city in this folder, as `run` does")
     ] = "",
@@ -69,7 +76,7 @@ def orient(
     photographs = is_photo_folder(catalog)
     if not photographs:
         look_at_catalog(catalog)
-        if scale or local or crs or city or workflow:
+        if scale or local or crs or lever_arm or city or workflow:
             remedy = "leave it out, or name a folder of photographs"
             raise CityflowError("this option is for photographs without poses", where=catalog, remedy=remedy)
     from cityflow.runs.orientation_asked import OrientationAsked
@@ -77,7 +84,7 @@ def orient(
 
     asked = OrientationAsked(
         catalog if "://" in catalog else str(Path(catalog).absolute()), str(out.absolute()), photographs, tuple(settings or []),
-        _absolute(control), _absolute(marks), control_crs, scale, local, crs, allow_outside,
+        _absolute(control), _absolute(marks), control_crs, scale, local, crs, allow_outside, lever_arm,
     )  # fmt: skip
     run_orientation(asked, folder, scheduler, workers, options.console)
     if city:

@@ -11,7 +11,7 @@ from cityflow.adjustment.mapping import MappedModel
 from cityflow.handover.array_file import decode_arrays, encode_arrays
 from cityflow.handover.oriented import of_json, to_json
 
-COLUMNS = ("xyz", "lengths", "errors_px", "observations")
+COLUMNS = ("xyz", "lengths", "errors_px", "observations", "tracks")
 
 
 def encode_models(models: Sequence[MappedModel]) -> bytes:
@@ -35,6 +35,6 @@ def decode_models(data: bytes) -> list[MappedModel]:
 
 
 def _model(one: Any, arrays: list[Any]) -> MappedModel:
-    xyz, lengths, errors, observations = arrays
+    xyz, lengths, errors, observations, tracks = arrays
     images, sigmas = tuple(of_json(i) for i in one["images"]), {int(k): sigma for k, sigma in one["focals"]}
-    return MappedModel(tuple(one["numbers"]), images, xyz, lengths, errors, observations, sigmas)
+    return MappedModel(tuple(one["numbers"]), images, xyz, lengths, errors, observations, tracks, sigmas)

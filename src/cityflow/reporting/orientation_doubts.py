@@ -160,6 +160,17 @@ def _photograph_words(report: Mapping[str, Any], control: KnownPointFigures | No
             f"Placed by {put['used']} of {put['positions']} GNSS positions, from which they differ by {put['plan_rms_m']:.2f} m "
             f"per axis in plan and {put['height_rms_m']:.2f} m in height."
         )
+    yield from _adjusted_words(report.get("summary", {}))
+
+
+def _adjusted_words(summary: Mapping[str, Any]) -> Iterator[str]:
+    """What the adjustment with positions and control points did; nothing where there was none."""
+    if "positions" not in summary:
+        return
+    gnss = f"{summary['positions']} GNSS positions, exact to {summary['position_sigma_m']:.2f} m"
+    by = [gnss] if summary["positions"] else []
+    by += ["control points"] if summary.get("control") else []
+    yield f"Adjusted with {' and '.join(by)} as observations; centres move by {summary['median_move_m'] * 100:.1f} cm in the median."
 
 
 def _photograph_doubts(
@@ -179,6 +190,10 @@ def _photograph_doubts(
         yield f"Tie points lie off by {report['reprojection_px']:.2f} px in the mean: cameras or poses are wrong."
     yield from _point_doubts(points)
     yield from _shift_doubts(report.get("summary", {}))
+    if "refused_adjustment" in report:
+        yield "Positions and control points contradict the images: the model is placed by a similarity alone."
+    if off := report.get("summary", {}).get("positions_far"):
+        yield f"GNSS positions lie far off where the images have them: {listing(off)}."
     pixel = put.get("pixel_m")
     if check is not None and pixel is not None and max(check.plan_m, check.height_m or 0.0) > MOST_CHECK_PX * pixel:
         yield f"Check points are off by more than {MOST_CHECK_PX:g} pixels on the ground ({pixel:.3f} m each)."

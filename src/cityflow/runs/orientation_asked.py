@@ -31,6 +31,7 @@ class OrientationAsked:
     control, marks : files of known points;  control_crs : of a catalog's points
     scale_m, local, crs : see `workflow.photo_placing.Placing`
     allow_outside : the catalog may name files elsewhere
+    lever_arm : of the antenna, as on the command line
     """
 
     given: str
@@ -44,6 +45,7 @@ class OrientationAsked:
     local: bool = False
     crs: str = ""
     allow_outside: bool = False
+    lever_arm: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,13 +17,13 @@ from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
 from cityflow.catalog.image_files import ImageFiles
 from cityflow.catalog.orientation import ImageSource
 from cityflow.catalog.photo_folder import PhotoFolder, photo_folder
-from cityflow.catalog.write_folder import refuse_foreign_folder
+from cityflow.catalog.write_folder import refuse_foreign_folder, store_catalog
 from cityflow.core.building import Status
 from cityflow.core.control_points import ControlPoints
 from cityflow.core.json_values import rounded
 from cityflow.core.parameters import merged
 from cityflow.core.reference import Reference
-from cityflow.errors import RunError, WorkflowError
+from cityflow.errors import CatalogError, RunError, WorkflowError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
@@ -33,13 +33,14 @@ from cityflow.io.catalog.stac import Catalog
 from cityflow.io.orientation.colmap import write_colmap
 from cityflow.io.tables.feature_ids import listing
 from cityflow.reporting.orientation_doubts import orientation_figures
-from cityflow.reporting.orientation_report import Oriented, write_orientation_report
+from cityflow.reporting.orientation_report import Oriented, tie_points, write_orientation_report
 from cityflow.runs.settings import explain_invalid, parse_setting
 from cityflow.stages.orient import BLOCK, FEATURES
 from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS, Photo, PhotoCamera, PhotoParameters, PhotoSource
 from cityflow.viewer.orientation_rows import TiePoints
 from cityflow.workflow.catalog_reading import reading_files
 from cityflow.workflow.orient import refuse_other_work, run_stages, say
+from cityflow.workflow.photo_adjusting import Known, add_adjustment, adjusted_model, adjustment_lines, with_covariances
 from cityflow.workflow.photo_placing import Placed, Placing, known_control, known_positions, place
 
 MODEL = "model"
@@ -83,6 +84,12 @@ def orient_photographs(
         found = photo_folder(folder, reading)
     for note in found.notes:
         say(console, f"Note: {note}")
+    if placing.arm is not None and len(found.focals) > 1:
+        remedy = "leave it out: it is found for each camera where it is significant"
+        raise CatalogError(
+            f"the photographs have {len(found.focals)} cameras, an antenna's place is in the frame of one",
+            where="--lever-arm", remedy=remedy,
+        )  # fmt: skip
     gnss = known_positions(placing, {f.name: f.metadata for f in found.files if f.has_place}, control)
     record, store = _mapped(found, work, parameters, scheduler, workers, console)
     models = decode_models(store.read_bytes(next(iter(record.outputs))))
@@ -95,11 +102,17 @@ def orient_photographs(
     images = tuple(replace(i, name=names[k]) for i, k in zip(model.images, model.numbers, strict=True))
     files = {f.name: f for f in found.files}
     kept = _sound(model)
-    put = place(images, model.xyz[kept], gnss, placing, _of_these(control, found, folder))
+    marked = _of_these(control, found, folder)
+    put = place(images, model.xyz[kept], gnss, placing, marked)
+    known = Known(gnss, marked[0] if marked is not None else None, placing.arm)
+    cameras = {f.name: f.camera for f in found.files}
+    put, adjustment = adjusted_model(put, cameras, known, record, store, scheduler, workers)
     origin = np.floor(np.median([i.centre for i in put.images], axis=0))
     source = _write_model(work / MODEL, put, {n: f.relative for n, f in files.items()}, origin)
     left_out = _left_out(found, record.result, models, names)
     report = _report(found, models, put, record.result, left_out)
+    if adjustment is not None:
+        add_adjustment(report, adjustment)
     with reading_files(scheduler, workers, console, kept_beside=out) as reading:
         made = create_catalog(
             out,
@@ -109,18 +122,21 @@ def orient_photographs(
             orientation=orientation_figures(report),
             text=SurveyText(title=out.absolute().name),
         )
-    ties = TiePoints(put.xyz, model.lengths[kept].astype(np.float64), model.errors_px[kept])
+    catalog, ties = made.catalog, TiePoints(put.xyz, model.lengths.astype(np.float64), model.errors_px)
+    if adjustment is not None and adjustment.is_taken:
+        ties = tie_points(adjustment.points)
+        catalog = store_catalog(replace(catalog, images=with_covariances(catalog.images, adjustment)), out, copy=False)
     places = {p.name: p.xyz for p in control[0].points} if control is not None else {}
-    write_orientation_report(out, Oriented(report, made.catalog, ties, places=places))
+    write_orientation_report(out, Oriented(report, catalog, ties, places=places))
     for note in [*made.notes, *map(str, record.result.get("failures", []))]:
         say(console, f"Note: {note}")
-    for line in [*_lines(report), *put.lines]:
+    for line in [*_lines(report), *put.lines, *(adjustment_lines(adjustment) if adjustment is not None else ())]:
         say(console, line)
     say(
         console,
         f"Catalog written to {out}. Next: cityflow run workflows/photos_city.yaml --catalog {shlex.quote(str(out))}",
     )
-    return made.catalog
+    return catalog
 
 
 def _mapped(
@@ -225,7 +241,7 @@ def _report(
         "weak": [i.name for i, n in zip(put.images, model.observations, strict=True) if n < FEW_POINTS],
         "cameras": [
             {
-                "images": sum(camera_of[i.name] == k for i in put.images), "focal_px": rounded(c.fx, 3), "principal_px": [c.cx, c.cy],
+                "number": k, "images": sum(camera_of[i.name] == k for i in put.images), "focal_px": rounded(c.fx, 3), "principal_px": [c.cx, c.cy],
                 "distortion": list(c.distortion), "stated_focal_px": rounded(found.focals[k][0], 3) if found.focals[k][1] else None,
                 "focal_sigma_px": rounded(sigma, 3) if (sigma := model.focal_sigmas.get(k)) is not None else None,
             }

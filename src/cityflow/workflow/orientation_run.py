@@ -17,7 +17,7 @@ from cityflow.stages.orient import BLOCK
 from cityflow.workflow.chosen_part import Selection
 from cityflow.workflow.orient import control_in, orient_catalog, orient_parameters, refuse_other_work, say
 from cityflow.workflow.orient_photographs import orient_photographs, photo_parameters
-from cityflow.workflow.photo_placing import Placing
+from cityflow.workflow.photo_placing import Placing, lever_arm_of
 from cityflow.workflow.rerun import counted, refuse_unknown_stage, why_nothing
 from cityflow.workflow.unit_names import named_in
 
@@ -34,7 +34,7 @@ def run_orientation(asked: OrientationAsked, work: Path, scheduler: str, workers
     out, control, marks = Path(asked.out), _path(asked.control), _path(asked.marks)
     with _noted(work, asked):
         if asked.photographs:
-            placing = Placing(control, marks, asked.scale_m, asked.local, asked.crs)
+            placing = Placing(control, marks, asked.scale_m, asked.local, asked.crs, lever_arm_of(asked.lever_arm))
             parameters = photo_parameters(asked.settings)
             orient_photographs(Path(asked.given), out, work, placing, parameters, scheduler, workers, console)
         else:

@@ -45,6 +45,7 @@ class Placing:
     scale_m : median height of the images over the ground; None: not given
     local : a frame of unknown scale will do
     crs : of the catalog, as on the command line; empty: that of the control points, or UTM for GNSS positions
+    arm : metres from the projection centre to the antenna in the frame of the camera: right in the picture, down, ahead; None: not given
     """
 
     control: Path | None = None
@@ -52,17 +53,41 @@ class Placing:
     scale_m: float | None = None
     local: bool = False
     crs: str = ""
+    arm: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """A model in its CRS: images, (P, 3) tie points, the CRS's code, figures for the report, lines for the user."""
+    """A model in its CRS.
+
+    Attributes
+    ----------
+    images, xyz : with (P, 3) tie points;  crs : its code
+    figures : for the report;  lines : for the user
+    wrong : names of control points that are not used → why
+    unused : names of images whose GNSS positions contradict the others;  on_line : whether the positions leave the roll open
+    """
 
     images: tuple[OrientedImage, ...]
     xyz: FloatArray
     crs: str
     figures: Mapping[str, Any]
     lines: tuple[str, ...] = field(default=())
+    wrong: Mapping[str, str] = field(default_factory=dict)
+    unused: frozenset[str] = frozenset()
+    on_line: bool = False
+
+
+def lever_arm_of(text: str) -> tuple[float, float, float] | None:
+    """Three metres between commas; None where nothing stands there. Raises CatalogError where it is something else."""
+    if not text:
+        return None
+    try:
+        right, down, ahead = (float(v) for v in text.split(","))
+    except ValueError:
+        remedy = "give metres as right,down,ahead: --lever-arm 0.05,0.32,-0.2"
+        raise CatalogError(f"{text!r} are not three numbers", where="--lever-arm", remedy=remedy) from None
+    return right, down, ahead
 
 
 def known_control(placing: Placing) -> tuple[ControlPoints, Reference] | None:
@@ -136,7 +161,7 @@ def place(
     CatalogError
         Too few control points or positions, or control points lie on a line.
     """
-    if control is not None:
+    if control is not None and (gnss is None or _held(images, control[0]) >= FEWEST):
         return _by_control(images, xyz, *control)
     if gnss is None:
         height = placing.scale_m or LOCAL_HEIGHT_M
@@ -149,6 +174,12 @@ def place(
         figures = {"by": "scale" if placing.scale_m else "local", "height_m": height}
         return _moved(images, xyz, levelled(images, xyz, height), "local", figures, (line,))
     return _by_gnss(images, xyz, gnss)
+
+
+def _held(images: Sequence[OrientedImage], control: ControlPoints) -> int:
+    """Control points whose places the images have."""
+    holding = [p for p in control.points if p.role is Role.CONTROL]
+    return int(np.isfinite(seen_places(images, holding)).all(axis=1).sum())
 
 
 def _moved(
@@ -209,7 +240,9 @@ def _by_control(
         )
     if unseen:
         lines.append(f"Points that fewer than two oriented images show are not used: {listing(unseen)}")
-    return _moved(images, xyz, by, reference.code, figures, tuple(lines))
+    wrong = dict.fromkeys(found.wrong, "it contradicts the other control points")
+    wrong |= dict.fromkeys(found.exchanged or (), "its coordinates are exchanged with another one's")
+    return replace(_moved(images, xyz, by, reference.code, figures, tuple(lines)), wrong=wrong)
 
 
 def _row(point: ControlPoint, left: FloatArray, used: bool) -> dict[str, Any]:
@@ -246,4 +279,5 @@ def _by_gnss(images: Sequence[OrientedImage], xyz: FloatArray, gnss: GnssPlaces)
         lines.append(f"{GNSS} lie on one line, which leaves the roll about it open: {found.roll}")
     if far:
         lines.append(f"{GNSS} that contradict the others are not used: {listing(list(far))}")
-    return _moved(images, xyz, fit.similarity, code, figures, tuple(lines))
+    put = _moved(images, xyz, fit.similarity, code, figures, tuple(lines))
+    return replace(put, unused=frozenset(far), on_line=bool(found.roll))

@@ -32,7 +32,7 @@ from cityflow.stages.orient import BLOCK, FEATURES, ONE_IMAGE, feature_task
 
 PAIRS, MATCHES, MAP = "pairs", "matches", "map"
 PHOTO_STAGES = (FEATURES, PAIRS, MATCHES, MAP)
-VERSION = 1
+VERSION, MAP_VERSION = 1, 2
 PAIRS_FILE, MATCHES_FILE, MODELS_FILE = "pairs.json", "matches.bin", "models.bin"
 WHOLE_SURVEY = Limits(time_s=24 * 3600, memory_mb=16000)
 
@@ -178,7 +178,7 @@ class PhotoSource:
         photos = tuple(self._photo[n] for n in names)
         paths = tuple(next(iter(r.outputs)) for r in done.values())
         return Task(
-            MAP, BLOCK, "cityflow.stages.orient.photographs:run_map", VERSION,
+            MAP, BLOCK, "cityflow.stages.orient.photographs:run_map", MAP_VERSION,
             parameters=as_json(MapParameters(calibration=self.parameters.calibration)),
             inputs={
                 **{f"photograph {n}": self._digest(n) for n in names},

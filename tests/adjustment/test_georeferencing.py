@@ -1,0 +1,96 @@
+"""A mapped block that GNSS positions and control points hold: bends go, cameras are right, and what cannot be known is held and told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from adjustment.scenes import CAMERA, PIXEL_M, Scene, disturbed, scene
+from adjustment.test_control import _points
+from cityflow.adjustment.block import Block
+from cityflow.adjustment.bundle import AdjustmentParameters, adjusted
+from cityflow.adjustment.georeferencing import Georeferenced, Positions, georeferenced
+from cityflow.core.camera import OrientedImage
+
+
+@lru_cache(maxsize=1)
+def _mapped(seed: int = 31) -> tuple[Scene, tuple[OrientedImage, ...]]:
+    """A block with a focal length that is 0.5 % off and a lens that is not known: poses make up for it, and bend."""
+    truth = scene(seed)
+    sheet = replace(CAMERA, fx=1507.5, fy=1507.5, cx=600.0, cy=450.0, distortion=())
+    given = [replace(i, camera=sheet, head="only") for i in disturbed(truth.images, 0.3, 3.0, seed=seed)]
+    origin = np.round(np.mean([i.centre for i in given], axis=0))
+    asked = AdjustmentParameters(calibrate=False, position_sigma_m=2.0, angle_sigma_deg=1.0)
+    block = adjusted(Block.of(given, origin), truth.ties, asked).block
+    return truth, tuple(block.image(k, i.name, origin) for k, i in enumerate(given))
+
+
+def _gnss(truth: Scene, noise_m: float, seed: int, arm: tuple[float, ...] = (0.0,) * 3) -> Positions:
+    rng = np.random.default_rng(seed)
+    places = np.array([i.centre + i.rotation.T @ np.array(arm) for i in truth.images])
+    return Positions(places + rng.normal(0, noise_m, places.shape), np.full(places.shape, np.nan))
+
+
+def _off(found: Georeferenced, truth: Scene) -> np.ndarray:
+    return np.array([i.centre - t.centre for i, t in zip(found.refinement.images, truth.images, strict=True)])
+
+
+def test_positions_take_a_bend_out_and_calibrate() -> None:
+    truth, bent = _mapped()
+    before = np.array([i.centre - t.centre for i, t in zip(bent, truth.images, strict=True)])
+    found = georeferenced(bent, truth.ties, _gnss(truth, 0.1, seed=1))
+    off = _off(found, truth)
+    rms = float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
+    assert found.is_taken
+    assert rms < 0.5 * float(np.sqrt(np.mean(np.sum(before**2, axis=1))))
+    assert rms < 1.2 * PIXEL_M
+    assert found.refinement.adjusted.position_sigma_m == pytest.approx(0.1, rel=0.4)
+    told = np.sqrt(np.einsum("nii->ni", found.refinement.covariances)[:, 3:])
+    assert 0.3 < np.sqrt(np.mean((off / told) ** 2)) < 2.0
+    assert found.refinement.images[0].camera.fx == pytest.approx(1500.0, rel=1e-3)
+    assert found.held_focals == ()
+    assert not found.refinement.adjusted.arms.any()
+
+
+def test_control_points_hold_it_and_tell_the_datum_of_positions() -> None:
+    truth, bent = _mapped()
+    gnss = _gnss(truth, 0.1, seed=2)
+    points = _points(truth, 5, 6, seed=3)
+    lost = replace(gnss, xyz=gnss.xyz + np.array([0.0, 0.0, 43.5]))
+    lost.xyz[5] += 30.0
+    found = georeferenced(bent, truth.ties, lost, points)
+    assert np.sqrt(np.mean(np.sum(_off(found, truth) ** 2, axis=1))) < 1.0 * PIXEL_M
+    control = found.refinement.control
+    assert control is not None
+    assert control.shift_known
+    assert control.shift[2] == pytest.approx(-43.5, abs=0.15)
+    plan, height = control.rms(holds=False) or (np.inf, np.inf)
+    assert plan < 0.7 * PIXEL_M
+    assert height < 1.0 * PIXEL_M
+    assert found.far == (truth.images[5].name,)
+    assert found.refinement.images[0].camera.fx == pytest.approx(1500.0, rel=2e-4)
+
+
+def test_control_points_alone_hold_it() -> None:
+    truth, bent = _mapped()
+    nothing = np.full((len(bent), 3), np.nan)
+    found = georeferenced(bent, truth.ties, Positions(nothing, nothing), _points(truth, 5, 6, seed=3))
+    assert np.sqrt(np.mean(np.sum(_off(found, truth) ** 2, axis=1))) < 1.5 * PIXEL_M
+    with pytest.raises(ValueError, match="neither positions nor control points"):
+        georeferenced(bent, truth.ties, Positions(nothing, nothing))
+
+
+def test_an_antenna_beside_the_camera_is_found_and_a_given_one_is_used() -> None:
+    truth, bent = _mapped()
+    arm = (0.05, 0.4, -0.3)
+    gnss = _gnss(truth, 0.02, seed=4, arm=arm)
+    points = _points(truth, 5, 0, seed=3)
+    found = georeferenced(bent, truth.ties, gnss, points).refinement.adjusted
+    assert np.abs(found.arms[0] - arm).max() < 0.06
+    assert (np.abs(found.arms[0] - arm) < 4 * found.arm_sigmas[0]).all()
+    given = georeferenced(bent, truth.ties, replace(gnss, arm=np.array(arm)), points).refinement.adjusted
+    assert given.position_sigma_m == pytest.approx(0.02, rel=0.4)
+    assert np.abs(given.shift).max() < 0.06
