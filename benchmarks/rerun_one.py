@@ -47,7 +47,7 @@ from cityflow.survey.area import Area
 from cityflow.workflow.chosen_part import Selection, part_of
 from cityflow.workflow.expected import costs_of, expected_tasks
 from cityflow.workflow.note_asked import note_asked, note_part
-from cityflow.workflow.plan import plan_of
+from cityflow.workflow.plan import noted_plan, plan_of
 from cityflow.workflow.rerun import select
 from cityflow.workflow.retired import remove_stale_products
 from cityflow.workflow.status import standing_of
@@ -176,6 +176,8 @@ def look(wanted: Prepared, _unit: str) -> tuple[Timed, list[str]]:
         with timed(told, "status by its note"):
             noted = read_asked(wanted.store, ledger)
             standing_of(wanted.store, noted or asked, ledger, "RUN")
+        with timed(told, "plan by the note"):
+            noted_plan(wanted, ledger)
         with timed(told, "plan: a walk"):
             plan_of(wanted.source(), ledger)
     return told, []

@@ -7,12 +7,14 @@ import shutil
 import sys
 from http.server import HTTPServer
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from cityflow.flow.child import resolve
 from cityflow.flow.store import Store
 from cityflow.runs.overrides import write_overrides
+from cityflow.workflow import plan
 from cluster.small_city import Commands, SmallCity, newest
 
 pytestmark = pytest.mark.cluster
@@ -63,6 +65,28 @@ def test_looking_at_a_run_imports_nothing_that_it_names(
     resolve(SPY)
     assert imported.exists(), "the spy tells of an import"
     del sys.modules["spy_of_a_run"]
+
+
+def test_a_plan_follows_no_graph_where_nothing_has_changed_since_the_run(
+    copied_run: Path, small_city: SmallCity, cityflow: Commands, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = ("plan", small_city.workflow, "--catalog", small_city.catalog, "--out", copied_run, "--json")
+    followed: list[object] = []
+
+    def counted(*given: Any) -> dict[str, plan.StagePlan]:
+        followed.append(given)
+        return plan_of(*given)
+
+    plan_of = plan.plan_of
+    monkeypatch.setattr(plan, "plan_of", counted)
+    noted = cityflow(*words)
+    assert noted.code == 0, noted.text
+    assert not followed
+    assert cityflow(*words, "--set", "reconstruct.methods=[extruded]").code == 0
+    note = (copied_run / "asked.json").read_bytes()
+    (copied_run / "asked.json").write_bytes(note.replace(b'"catalog": "', b'"catalog": "another '))
+    assert cityflow(*words).out == noted.out
+    assert len(followed) == 2, "another request, another catalog"
 
 
 def test_plan_uses_files_outside_of_a_catalog_that_was_moved_only_where_told(

@@ -22,7 +22,7 @@ from cityflow.runs.poses_note import NOTE as POSES
 
 NOTE = "asked.json"
 DESCRIPTION, OVERRIDES = "run.json", "overrides"
-VERSION = 3
+VERSION = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +39,7 @@ class Asked:
     edits : what a person has drawn without effect, each with its remedy
     records : files of records when this was written
     under : digest of the circumstances
+    catalog : its digest, for whoever asks for the same again
     is_at_work : a driver writes this while it works, and what it names is what it has come to
     """
 
@@ -51,6 +52,7 @@ class Asked:
     edits: Sequence[tuple[str, str]] = ()
     records: int = 0
     under: str = ""
+    catalog: str = ""
     is_at_work: bool = False
     version: int = VERSION
 

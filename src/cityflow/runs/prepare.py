@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import pickle
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -72,6 +74,10 @@ class Prepared:
         """The tasks of the run; `ledger`: its records, for whoever asks what is done."""
         plans = RunPlans(self.store, DESCRIPTION, sources_digest())
         return CitySource(self.catalog, self.workflow.city, self.area, self.overrides, plans, ledger)
+
+    def catalog_digest(self) -> str:
+        """Of all that the catalog says: the same for the same catalog read by the same program."""
+        return hashlib.sha256(pickle.dumps(self.catalog, protocol=5)).hexdigest()
 
     @contextmanager
     def ledger(self) -> Iterator[Ledger | None]:

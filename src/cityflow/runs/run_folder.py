@@ -44,10 +44,17 @@ def check_run(wanted: Prepared) -> None:
 
 def describe_run(wanted: Prepared) -> None:
     """Make the RUN where there is none, and note what is asked for."""
-    store = wanted.store
-    text = json.dumps(_describe(wanted), indent=2, ensure_ascii=False, sort_keys=True) + "\n"
-    if not store.exists(DESCRIPTION) or store.read_bytes(DESCRIPTION) != text.encode():
-        store.write_bytes(DESCRIPTION, text.encode())
+    if not is_described(wanted):
+        wanted.store.write_bytes(DESCRIPTION, _text(wanted))
+
+
+def is_described(wanted: Prepared) -> bool:
+    """Whether the RUN was last asked for the same workflow, area and place of the catalog, with the same program."""
+    return wanted.store.exists(DESCRIPTION) and wanted.store.read_bytes(DESCRIPTION) == _text(wanted)
+
+
+def _text(wanted: Prepared) -> bytes:
+    return (json.dumps(_describe(wanted), indent=2, ensure_ascii=False, sort_keys=True) + "\n").encode()
 
 
 def open_run(url: str) -> Prepared:

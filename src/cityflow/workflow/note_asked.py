@@ -39,7 +39,7 @@ def note_asked(wanted: Prepared, ledger: Ledger) -> Asked:
         wanted.catalog.title, wanted.workflow.name, {s: SomeUnits.of(tasks[s], known[s]) for s in in_flow_order(tasks)}, expected,
         {s: SomeUnits.of(units, known[s]) for s, units in sorted(stale.items()) if units},
         units_beyond(records, wanted.area), [(edit.text, edit.remedy) for edit in unused_edits(wanted, records)],
-        ledger.count_files(), circumstances(wanted.store),
+        ledger.count_files(), circumstances(wanted.store), wanted.catalog_digest(),
     )  # fmt: skip
     if not is_held(wanted.store):
         write_asked(wanted.store, asked)

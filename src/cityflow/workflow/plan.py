@@ -13,17 +13,21 @@ from rich.table import Table
 
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress_counts import duration
+from cityflow.flow.some_units import SomeUnits
 from cityflow.flow.stage import Cost
 from cityflow.flow.state import State
 from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.pipeline import STAGES, in_flow_order
 from cityflow.reporting.poses_words import lines_before
+from cityflow.runs.asked import read_asked
 from cityflow.runs.differences import why
-from cityflow.runs.prepare import prepared
+from cityflow.runs.prepare import Prepared, prepared
 from cityflow.runs.request import Request
+from cityflow.runs.run_folder import is_described
 from cityflow.workflow.expected import costs_of
 from cityflow.workflow.printed import print_json
+from cityflow.workflow.status import LAST
 
 AFTER_OTHERS = "waits for the stages above"
 REASONS_SHOWN = 5
@@ -98,6 +102,23 @@ def plan_of(source: CitySource, ledger: Ledger | None) -> dict[str, StagePlan]:
     return {stage: plans[stage] for stage in in_flow_order(plans)}
 
 
+def noted_plan(wanted: Prepared, ledger: Ledger) -> dict[str, StagePlan] | None:
+    """The plan of a RUN that was asked for the same before, where all of it is done and nothing has changed since: told by its note.
+
+    None where the graph has to be followed: for anything else, and for edits, whose file may have changed. Outputs that somebody has removed since are
+    not missed; a run misses them.
+    """
+    if wanted.workflow.city.edits.path or not is_described(wanted):
+        return None
+    asked = read_asked(wanted.store, ledger)
+    if asked is None or asked.is_at_work or asked.stale or asked.catalog != wanted.catalog_digest():
+        return None
+    if LAST[1] not in asked.tasks.get(LAST[0], SomeUnits()) or not ledger.has(*LAST):
+        return None
+    counts = {stage: ledger.tally(stage, units).records for stage, units in asked.tasks.items()}
+    return {stage: StagePlan(n, n) for stage, n in counts.items()}
+
+
 def print_plan(asked: Request, workers: int, console: Console, as_json: bool = False) -> None:
     """Print the table of stages with reasons, and what the run would take.
 
@@ -111,9 +132,9 @@ def print_plan(asked: Request, workers: int, console: Console, as_json: bool = F
     if not asked.allow_outside:
         refuse_outside(wanted.catalog)
     with wanted.ledger() as ledger:
-        plan = Plan(
-            wanted.store.root, workers or os.cpu_count() or 1, plan_of(wanted.source(ledger), ledger), costs_of(ledger)
-        )
+        stages = noted_plan(wanted, ledger) if ledger else None
+        stages = stages or plan_of(wanted.source(ledger), ledger)
+        plan = Plan(wanted.store.root, workers or os.cpu_count() or 1, stages, costs_of(ledger))
     before = list(lines_before(wanted.poses, unknown=wanted.poses_are_unknown, how=wanted.workflow.city.orient.refine))
     if as_json:
         print_json({**_tree(plan), "poses": before})
