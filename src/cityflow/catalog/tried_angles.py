@@ -154,7 +154,8 @@ def _decided(table: AngleTable, tried: Sequence[_Candidate], found: Verdict) -> 
     rivals = " or ".join(tried[k].what for k in found.rivals)
     unclear = f"; the pictures do not tell it from {rivals} → state what is right (--angle-unit, --rotation-order)" if rivals else ""  # fmt: skip
     if found.chosen == 0:
-        stay = f"angles are read as {own.what}: {told}, {_next_best(tried, found)}{unclear}"
+        how = f"stay as they were read ({own.what})" if rivals else f"are read as {own.what}"
+        stay = f"angles {how}: {told}, {_next_best(tried, found)}{unclear}"
         return TriedAngles(model, not found.rivals, (stay,))
     against = f"{told} then, by {_pixels(found.errors_px[0])} if they are read as {own.what}{unclear}"
     stated = [k for k in best.options if k in table.source.options]

@@ -20,8 +20,8 @@ LEAST_BASE = 0.02
 """Of a pair, over the height above the ground: heads that fire together say nothing of rotations. Set by hand, as are those below."""
 LEAST_AHEAD = 0.8
 """Share of a pair's ties that must lie before both cameras."""
-MOST_DEG = 0.5
-"""Rotations whose ties lie off by more, seen from the camera, are not understood."""
+MOST_DEG = 2.0
+"""Rotations whose ties lie off by more, seen from the camera, are not understood: angles of a small drone are off by a degree or two."""
 BETTER = 3.0
 """A reading is clearly better than another one whose ties lie off by this times as much."""
 SAME_PX = 0.25
