@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import errno
 import logging
+import os
 import re
 import time
 from collections import Counter
@@ -20,11 +22,12 @@ from cityflow.flow.attempt import store_record
 from cityflow.flow.erred_leaves import readable_key
 from cityflow.flow.executor import run_tasks
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.local_folder import LocalFolder
 from cityflow.flow.progress import Silent
 from cityflow.flow.state import State
 from cityflow.flow.store import Store
 from cityflow.flow.task import Limits, Record, Task
-from cityflow.flow.unwritable import UnwritableError
+from cityflow.flow.unwritable import UnwritableError, unwritable
 from flow.toy_sources import Given, Town
 from flow.toy_stages import toy
 
@@ -302,14 +305,17 @@ def test_what_an_older_version_left_is_taken_as_it_is(client: Client, store: Sto
     assert summary.ran == {("toy", Status.DONE): 1}
 
 
-@pytest.mark.parametrize("unit", ["plain", "wordy"])
-def test_a_full_disk_stops_the_run_and_fails_no_unit(client: Client, store: Store, ledger: Ledger, unit: str) -> None:
+@pytest.mark.parametrize(
+    ("unit", "cause"),
+    [("plain", "File too large"), ("wordy", "File too large"), ("read-only", "Read-only file system")],
+)
+def test_a_full_or_locked_disk_stops_the_run_and_fails_no_unit(
+    client: Client, store: Store, ledger: Ledger, unit: str, cause: str
+) -> None:
     task = toy(unit, "large_file", in_place=True)
     store.write_bytes(f"shared/{unit}", b"of an earlier run")
     store.write_bytes("small disk", b"")
-    with pytest.raises(
-        UnwritableError, match=rf"shared/{unit}: cannot be written: File too large → free disk space there"
-    ):
+    with pytest.raises(UnwritableError, match=rf"shared/{unit}: cannot be written: {cause} → free disk space there"):
         run_tasks(Given([task]), client, store, ledger)
     assert store.read_bytes(f"shared/{unit}") == b"of an earlier run"
     assert ledger.refresh() == 0, "no record says that the unit failed"
@@ -317,6 +323,25 @@ def test_a_full_disk_stops_the_run_and_fails_no_unit(client: Client, store: Stor
     store.remove("small disk")
     assert run_tasks(Given([task]), client, store, ledger).ran == {("toy", "done"): 1}
     assert store.read_bytes(f"shared/{unit}") == task.digest.encode() * 1000
+
+
+def test_a_run_that_turns_read_only_under_its_driver_says_so_and_goes_on_later(
+    client: Client, store: Store, ledger: Ledger, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its workers still write: the record of the first task is there, and the list of its chunks is the driver's to write."""
+
+    def refuse(folder: LocalFolder, path: str, _data: bytes, **_: bool) -> None:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), folder.url(path))
+
+    tasks = [toy(name, "chunk", "surface", in_place=True) for name in ("one", "two")]
+    with monkeypatch.context() as patch:
+        patch.setattr(LocalFolder, "write_bytes", refuse)
+        with pytest.raises(OSError, match="Read-only") as caught:
+            run_tasks(Given(tasks), client, store, ledger, max_in_flight=1)
+    assert str(unwritable(caught.value)).startswith(f"{store.root}/shared/")
+    summary = run_tasks(Given(tasks), client, store, ledger)
+    assert summary.kept.total() + summary.ran.total() == 2
+    assert set(statuses(ledger).values()) == {Status.DONE}
 
 
 def test_who_looks_at_a_run_at_work_need_not_wait(

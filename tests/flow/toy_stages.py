@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import errno
 import os
 import re
 import resource
@@ -215,7 +216,9 @@ def total(workspace: Workspace, task: Task) -> Outcome:
 
 
 def large_file(workspace: Workspace, task: Task) -> Outcome:
-    """Where the run says so, its disk takes 1000 bytes a file; some stages have words of their own for what goes wrong."""
+    """Where the run says so, its disk takes 1000 bytes a file, or nothing; some stages have words of their own for what goes wrong."""
+    if task.unit == "read-only" and workspace.store.exists("small disk"):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), workspace.store.url(f"shared/{task.unit}"))
     hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
     soft = 1000 if workspace.store.exists("small disk") else hard
     resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
