@@ -14,7 +14,7 @@ import hashlib
 import re
 from pathlib import Path
 
-from cityflow.catalog.create import create_catalog
+from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
 from cityflow.catalog.orientation import ImageSource
 from run_here import run_here
 from step_times import StepTimes, share_table
@@ -33,7 +33,9 @@ def catalog_of(folder: Path) -> Path:
     out = folder / "catalog"
     if not out.exists():
         source = ImageSource(FLIGHT / "images", {"colmap": FLIGHT / "sparse"}, origin=ORIGIN)
-        create_catalog(out, images=source, crs="EPSG:7415", title="flight", date="2026-06-21")
+        create_catalog(
+            out, SurveyFiles(images=source), crs="EPSG:7415", text=SurveyText(title="flight", date="2026-06-21")
+        )
     return out
 
 

@@ -45,8 +45,8 @@ def _measured(
         all_three = both & seen[(b + 3) % 24][1]
         if all_three.sum() >= LEAST and (b + 3) % 24 != a and len(heights) < 6:
             third = (b + 3) % 24
-            uv = seen[a][0][all_three], seen[b][0][all_three], seen[third][0][all_three]
-            part = height_difference((images[a], images[b], images[third]), uv)
+            places = seen[a][0][all_three], seen[b][0][all_three], seen[third][0][all_three]
+            part = height_difference((images[a], images[b], images[third]), places)
             heights.append(part and Systematic(part.square / PIXEL_M**2, part.noise / PIXEL_M, part.count))
     return combined(parallax, heights), float(np.sqrt(np.mean(np.concatenate(off) ** 2)))
 

@@ -81,10 +81,8 @@ class _Frame:
 
     def drawn(self, xy: FloatArray) -> FloatArray:
         """(N, 2) places in the drawing, rounded to a tenth."""
-        return np.round(
-            np.column_stack([(xy[:, 0] - self.x_min) * self.scale, self.height - (xy[:, 1] - self.y_min) * self.scale]),
-            1,
-        )
+        right, down = (xy[:, 0] - self.x_min) * self.scale, self.height - (xy[:, 1] - self.y_min) * self.scale
+        return np.asarray(np.round(np.column_stack([right, down]), 1), np.float64)
 
 
 def orientation_map(
