@@ -1,6 +1,6 @@
 """How long a city takes on 1 to 1,024 workers: the real source of tasks and order of submission, with the measured times of every stage, simulated.
 
-    python benchmarks/makespan.py RUN … [--side 8] [--workers 1 16 256] [--driver-ms 1.6] [--not-ahead] [--plot FILE.png]
+    python benchmarks/makespan.py [RUN …] [--side 8] [--workers 1 16 256] [--driver-ms 1.6] [--not-ahead] [--plot FILE.png]
 
 The town and its tasks are those of `city_scale.py`: the real walk with its gates decides which task becomes ready when. A task takes as long as a
 task of its stage took in the finished RUNs, drawn by its name, in seconds of one core. As in the engine, sixteen tasks a worker are in flight,
@@ -8,7 +8,10 @@ what was begun first is submitted first and handed out first by the scheduler, a
 task it submits and takes in, one after the other. A draft begins when what it awaits has ended, whatever the driver is doing (``--not-ahead``: no task is
 drafted, as it was before). Not simulated: transfers, deaths, memory, the report.
 
-Efficiency is the seconds of all tasks, divided by workers times makespan. With ``--driver-ms 0`` one sees what the flow itself allows.
+Without a RUN, a task takes what its stage states as its cost, times a random factor drawn by its name (logarithmic standard deviation 0.5, mean 1).
+
+Efficiency is the seconds of all tasks, divided by workers times makespan. First model and first export: when the first such task has ended, as a share of
+the makespan. With ``--driver-ms 0`` one sees what the flow itself allows.
 """
 
 from __future__ import annotations
@@ -35,14 +38,20 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Task
 from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.pipeline import PIPELINE
 from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.survey.area import Area
 
+SPREAD = 0.5
+"""Of the stated times, as the standard deviation of their logarithm; set by hand."""
 Times = Mapping[str, NDArray[np.float64]]
 
 
 def measured(runs: list[str]) -> Times:
-    """Stage → seconds of its finished tasks, all runs together."""
+    """Stage → seconds of its finished tasks, all runs together; without runs, a spread around what the stage states."""
+    if not runs:
+        factors = np.exp(np.random.default_rng(1).normal(-(SPREAD**2) / 2, SPREAD, 1000))
+        return {stage.name: np.sort(stage.cost.seconds * factors) for stage in PIPELINE}
     found: defaultdict[str, list[float]] = defaultdict(list)
     for run in runs:
         with Ledger.open(Store.open(run)) as ledger:
@@ -77,6 +86,7 @@ class Simulation:
     driver_busy: float = 0.0
     idle: list[float] = field(default_factory=list)
     by_stage: dict[str, float] = field(default_factory=lambda: defaultdict(float))
+    first: dict[str, float] = field(default_factory=dict)
 
     def makespan(self) -> float:
         """Seconds until the last task has ended."""
@@ -124,6 +134,7 @@ class Simulation:
             now, _, task, rank = heapq.heappop(running)
             heapq.heappush(self.idle, now)
             self.driver_free = max(self.driver_free, now)
+            self.first.setdefault(task.stage, now)
             at_work.discard(node := (task.stage, task.unit))
             for submitted, of, free in behind.pop(node, []):
                 awaits[free.stage, free.unit] -= 1
@@ -184,7 +195,7 @@ def simulated(
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("runs", nargs="+", metavar="RUN")
+    parser.add_argument("runs", nargs="*", metavar="RUN")
     parser.add_argument("--side", type=int, default=8, help="ground tiles along an edge of the town")
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 4, 16, 64, 256, 1024])
     parser.add_argument("--driver-ms", type=float, default=1.6, help="of the driver for a task, all told")
@@ -197,13 +208,16 @@ def main() -> None:
     print(
         f"{given.side**2 * OUTLINES_A_SIDE**2} buildings, {given.side**2} tiles, {len(catalog.images)} images; driver {given.driver_ms} ms a task"
     )
-    print(f"{'workers':>8} {'makespan':>12} {'efficiency':>11} {'driver busy':>12}")
+    print(
+        f"{'workers':>8} {'makespan':>12} {'efficiency':>11} {'driver busy':>12} {'first model':>12} {'first export':>12}"
+    )
     for workers in given.workers:
         made, span = simulated(catalog, town, times, workers, given.driver_ms / 1e3, not given.not_ahead)
         efficiency = made.work / (workers * span)
         rows.append((workers, span, efficiency))
         print(
-            f"{workers:8d} {span / 3600:10.3f} h {100 * efficiency:9.1f} % {100 * made.driver_busy / span:10.1f} %",
+            f"{workers:8d} {span / 3600:10.3f} h {100 * efficiency:9.1f} % {100 * made.driver_busy / span:10.1f} % "
+            f"{100 * made.first['reconstruct'] / span:10.1f} % {100 * made.first['export'] / span:10.1f} %",
             flush=True,
         )
     print(f"{made.tasks} tasks, {made.work / 3600:.1f} core-hours: " + ", ".join(
