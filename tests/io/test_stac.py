@@ -150,7 +150,7 @@ def test_an_outline_far_away_makes_no_survey_larger(delft: Catalog) -> None:
 
 def test_kinds_are_told_early_or_not_at_all(tmp_path: Path) -> None:
     """Nothing is read beyond the catalog's folder, and what is odd is left to those who read it."""
-    assert kinds_in(DELFT / COLLECTION) == {"lidar", "outlines"}
+    assert kinds_in(DELFT / COLLECTION) == frozenset({"lidar", "outlines"})
     collection = json.loads((DELFT / COLLECTION).read_text())
     for links in (
         [{"rel": "child", "href": "./more/collection.json"}],
