@@ -137,6 +137,16 @@ def test_the_right_workflow_is_named_for_a_catalog(refused: Callable[..., str], 
     text = refused("run", ROOT / "workflows" / "ortho_city.yaml", "--catalog", CATALOG, "--out", tmp_path / "run")
     assert "a DSM" in text
     assert not (tmp_path / "run").exists()
+    text = refused("plan", ROOT / "workflows" / "lidar_photos_city.yaml", "--catalog", CATALOG)
+    assert "takes textures from photographs, and the catalog has none" in text
+    assert "use workflows/lidar_city.yaml" in text
+
+
+def test_two_ways_to_say_where_images_are_contradict_each_other(refused: Callable[..., str], tmp_path: Path) -> None:
+    text = refused(
+        "orient", CATALOG, "--out", tmp_path / "out", "--onto", CATALOG, "--control", tmp_path / "points.csv"
+    )
+    assert "--onto and --control both say where the images are" in text
 
 
 def test_an_unfitting_value_of_a_setting_does_not_blame_the_file(refused: Callable[..., str]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import shutil
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from pyproj import CRS as CrsOfFile
 from pyproj import Transformer
 from rich.console import Console
 
@@ -23,6 +25,7 @@ from cityflow.adjustment.placing import placed
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.control_points import ControlPoint, ControlPoints, Mark, Role
 from cityflow.core.photo_metadata import GnssPosition, PhotoMetadata
+from cityflow.core.points import PointCloud
 from cityflow.errors import CatalogError, RunError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
@@ -32,6 +35,7 @@ from cityflow.handover.mapped_models import decode_models, encode_models
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.control_points.point_table_write import point_table_text
 from cityflow.io.images.exif_write import with_exif
+from cityflow.io.points.las_write import write_points
 from cityflow.orientation.photo_doubts import usable_positions
 from cityflow.reporting.orientation_report import FIGURES, PAGE
 from cityflow.runs.first_look import look_at_run
@@ -216,6 +220,32 @@ def test_its_work_folder_says_how_it_stands_and_what_is_known_of_an_image(orient
         explain_image(work, "i77", console)
     with pytest.raises(RunError, match="work folder of an orientation"):
         look_at_run(work)
+
+
+@pytest.mark.cluster
+def test_photographs_are_registered_to_a_scan_of_the_hills(oriented: Oriented, tmp_path: Path) -> None:
+    rng = np.random.default_rng(9)
+    xy = rng.uniform(-35, 35, (20_000, 2))
+    xyz = np.column_stack([xy, rendered_height(xy[:, 0], xy[:, 1])]) + rng.normal(0, 0.02, (20_000, 3)) + ORIGIN
+    scan, out, work = tmp_path / "hills.laz", tmp_path / "out", tmp_path / "work"
+    scan.write_bytes(write_points(PointCloud.of(xyz), crs=CrsOfFile.from_user_input(CRS)))
+    shutil.copytree(oriented.work, work)
+    # the hills repeat themselves after forty metres
+    settings = ("registration.shift_m=15",)
+    asked = OrientationAsked(str(work.parent / "photos"), str(out), True, settings, onto=(str(scan),))
+    shutil.copytree(oriented.work.parent / "photos", work.parent / "photos")
+    with (tmp_path / "told.txt").open("w") as file:
+        run_orientation(asked, work, "", 1, Console(file=file, width=300))
+    catalog = read_catalog(str(out))
+    assert [a.name for a in catalog.lidar] == ["hills"]
+    away, turns = _errors({Path(a.name).stem: a.oriented for a in catalog.images}, _flight())
+    assert np.sqrt(np.mean(away**2)) < 0.1
+    assert turns.max() < 0.15
+    assert json.loads((out / FIGURES).read_text())["placing"]["registration"]["agreement"] > 0.9
+    assert "Registered: moved by" in (out / PAGE).read_text()
+    text = (tmp_path / "told.txt").read_text()
+    assert "Registered: moved by" in text
+    assert "lidar_photos_city.yaml" in text
 
 
 @pytest.mark.cluster

@@ -116,7 +116,7 @@ def described_images(source: ImageSource, catalog: Catalog, date: str, reading: 
         *_in_words(left_out),
     ]
     _refuse_too_few(kept, left_out, source)
-    sparse, made = _sparse(model.sparse, catalog)
+    sparse, made = sparse_of(model.sparse, catalog)
     return DescribedImages(tuple(sorted(kept, key=lambda a: a.name)), sparse, made, notes)
 
 
@@ -266,7 +266,7 @@ def _refuse_too_few(kept: Sequence[ImageAsset], left_out: Sequence[LeftOut], sou
     )
 
 
-def _sparse(xyz: FloatArray, catalog: Catalog) -> tuple[SparseAsset | None, dict[str, bytes]]:
+def sparse_of(xyz: FloatArray, catalog: Catalog) -> tuple[SparseAsset | None, dict[str, bytes]]:
     """Tie points as a file of the catalog."""
     if not len(xyz):
         return None, {}

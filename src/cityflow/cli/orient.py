@@ -12,7 +12,7 @@ from cityflow.cli.options import OutsideOption, SchedulerOption, WorkersOption
 from cityflow.errors import CityflowError
 from cityflow.runs.first_look import is_photo_folder, look_at_catalog
 
-PHOTOS_CITY = "workflows/photos_city.yaml"
+PHOTOS_CITY, LIDAR_PHOTOS_CITY = "workflows/photos_city.yaml", "workflows/lidar_photos_city.yaml"
 
 
 def orient(
@@ -45,6 +45,13 @@ def orient(
     control_crs: Annotated[
         str, typer.Option(help="Catalog: CRS of the control points, where their file states none: EPSG:25832+7837")
     ] = "",
+    onto: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FILES|CATALOG",
+            help="Survey that the images are registered to: LAS or LAZ files, a folder of them, a DSM, outlines, or a catalog with any of them; repeatable",
+        ),
+    ] = None,
     scale: Annotated[
         float | None,
         typer.Option(min=0.01, help="Photographs: median height over the ground, metres, where nothing else is known"),
@@ -66,14 +73,20 @@ def orient(
     city: Annotated[
         str, typer.Option("--city", metavar="RUN", help="Photographs: then make the city in this folder, as `run` does")
     ] = "",
-    workflow: Annotated[Path | None, typer.Option(help="Of that run; default: workflows/photos_city.yaml")] = None,
+    workflow: Annotated[
+        Path | None,
+        typer.Option(help="Of that run; default: workflows/photos_city.yaml, with --onto lidar_photos_city.yaml"),
+    ] = None,
     allow_outside: OutsideOption = False,
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
 ) -> None:
-    """Refine the poses of oriented images where that is significant, or find those of photographs. The result is a catalog like any other."""
+    """Refine the poses of oriented images where that is significant, or find those of photographs; register either to a survey. The result is a catalog."""
     folder = work or out.absolute().with_name(f"{out.absolute().name}-orient")
     photographs = is_photo_folder(catalog)
+    if onto and control is not None:
+        remedy = "give one of them"
+        raise CityflowError("--onto and --control both say where the images are", where="--onto", remedy=remedy)
     if not photographs:
         look_at_catalog(catalog)
         if scale or local or crs or lever_arm or city or workflow:
@@ -85,6 +98,7 @@ def orient(
     asked = OrientationAsked(
         catalog if "://" in catalog else str(Path(catalog).absolute()), str(out.absolute()), photographs, tuple(settings or []),
         _absolute(control), _absolute(marks), control_crs, scale, local, crs, allow_outside, lever_arm,
+        tuple(n if "://" in n else str(Path(n).absolute()) for n in onto or ()),
     )  # fmt: skip
     run_orientation(asked, folder, scheduler, workers, options.console)
     if city:
@@ -92,7 +106,7 @@ def orient(
         from cityflow.workflow.demo import project_file
         from cityflow.workflow.run import run_workflow
 
-        file = workflow or project_file(PHOTOS_CITY)
+        file = workflow or project_file(LIDAR_PHOTOS_CITY if onto else PHOTOS_CITY)
         run_workflow(Request(file, str(out), city), scheduler, workers, options.console)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from cityflow.adjustment.refinement import FEW_TIES, WEAK_PX
 from cityflow.core.orientation_figures import PHOTOGRAPHS, REFINEMENT, KnownPointFigures, OrientationFigures
 from cityflow.io.tables.feature_ids import listing
-from cityflow.reporting.orientation_words import FAR_M
+from cityflow.reporting.orientation_words import FAR_M, registration_words
 from cityflow.viewer.orientation_rows import ImageRow, PointRow
 
 UNREAD = "the file could not be read; its pose stays as given"
@@ -81,7 +81,7 @@ def _of_refinement(report: Mapping[str, Any]) -> OrientationFigures:
         REFINEMENT, summary["images"], summary["images"] + len(left_out), left_out, weak, summary["tie_points"], summary["observations"],
         round(float(np.average(np.arange(len(lengths)), weights=lengths)), 2), summary["reprojection_px"],
         summary["check_before_px"], summary["check_after_px"], summary["median_move_m"], *_pose_sigmas(rows), control, check,
-        tuple(_refined_words(summary)), (*_refined_doubts(summary, points), *_image_doubts(left_out, weak)),
+        tuple(_refined_words(summary, report.get("registration"))), (*_refined_doubts(summary, points), *_image_doubts(left_out, weak)),
     )  # fmt: skip
 
 
@@ -120,7 +120,7 @@ def _known(points: Iterable[PointRow], role: str) -> KnownPointFigures | None:
     return KnownPointFigures(len(used), round(plan, 4), height)
 
 
-def _refined_words(summary: Mapping[str, Any]) -> Iterator[str]:
+def _refined_words(summary: Mapping[str, Any], registration: Mapping[str, Any] | None) -> Iterator[str]:
     change = f"{summary['check_before_px']:.2f} to {summary['check_after_px']:.2f} px on tie points that were kept out"
     if summary["better"]:
         yield f"Given poses were refined: errors change from {change}; centres move by {summary['median_move_m'] * 100:.1f} cm in the median."
@@ -130,6 +130,7 @@ def _refined_words(summary: Mapping[str, Any]) -> Iterator[str]:
         yield f"Given poses stay, as refined ones are not significantly better ({change})."
     if summary["calibrated"]:
         yield "Cameras were calibrated."
+    yield from registration_words(registration) if registration else ()
 
 
 def _refined_doubts(summary: Mapping[str, Any], points: Sequence[PointRow]) -> Iterator[str]:
@@ -155,6 +156,8 @@ def _photograph_words(report: Mapping[str, Any], control: KnownPointFigures | No
     elif put.get("by") in ("local", "scale"):
         known = "whose scale is known from the stated height" if put["by"] == "scale" else "of unknown scale"
         yield f"They stand in a local frame {known}."
+    elif put.get("by") == "registration":
+        yield from registration_words(put["registration"])
     elif "plan_rms_m" in put:
         yield (
             f"Placed by {put['used']} of {put['positions']} GNSS positions, from which they differ by {put['plan_rms_m']:.2f} m "

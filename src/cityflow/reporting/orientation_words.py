@@ -1,4 +1,4 @@
-"""Known points of an orientation in lines for people."""
+"""Known points of an orientation, and its registration to a survey, in lines for people."""
 
 from __future__ import annotations
 
@@ -44,3 +44,17 @@ def _residual(point: Mapping[str, Any]) -> str:
     east, north, up = point["off_m"]
     height = "no height" if up is None else f"{up * 100:+.1f} cm up"
     return f"{point['name']}: {east * 100:+.1f} cm east, {north * 100:+.1f} cm north, {height}; {point['marks']} marks, {point['mark_px']:.2f} px"
+
+
+def registration_words(figures: Mapping[str, Any]) -> tuple[str, ...]:
+    """What a registration to a survey found."""
+    x, y, z = figures["shift_m"]
+    plan = hypot(*figures["shift_sigmas_m"][:2])
+    second = f", at the next best place {100 * figures['second']:.0f} %" if figures["second"] else ""
+    return (
+        f"Registered: moved by {x:.2f}, {y:.2f}, {z:.2f} m (east, north, up), turned by {figures['turn_deg']:.3f}°, "
+        f"scale {figures['scale']:.5f}; standard deviations {plan:.3f} m in plan, {figures['shift_sigmas_m'][2]:.3f} m in height, "
+        f"{max(figures['turn_sigmas_deg']):.4f}°",
+        f"{100 * figures['overlap']:.0f} % of the tie points lie over the survey; {100 * figures['agreement']:.0f} % of those on buildings and trees "
+        f"agree with it{second}; {figures['matched']} lie on planes, {figures['distance_m']:.3f} m off (robust)",
+    )

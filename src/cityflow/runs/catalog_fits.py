@@ -44,21 +44,22 @@ class Holding:
     def workflow(self) -> str:
         """The workflow, of those that ship, for what it has."""
         of_lidar = "lidar_city" if self.has_outlines else "lidar_city_no_outlines"
+        of_lidar = "lidar_photos_city" if "images" in self.sources else of_lidar
         other = "oblique_city" if "images" in self.sources else "ortho_city"
         return f"workflows/{of_lidar if 'lidar' in self.sources else other}.yaml"
 
 
 def refuse_unfit(city: CityParameters, catalog: Catalog) -> None:
     """As `refuse_holding`."""
-    refuse_holding(city.points.source, city.outline.source, Holding.of(catalog))
+    refuse_holding(city.points.source, city.outline.source, Holding.of(catalog), city.texture.when)
 
 
-def refuse_holding(source: str, outlines: str, held: Holding) -> None:
+def refuse_holding(source: str, outlines: str, held: Holding, textures: str = "auto") -> None:
     """Make sure that the catalog has what the workflow takes its surface and its outlines from.
 
     Parameters
     ----------
-    source, outlines : ``points.source`` and ``outline.source`` of the workflow
+    source, outlines, textures : ``points.source``, ``outline.source`` and ``texture.when`` of the workflow
 
     Raises
     ------
@@ -74,6 +75,12 @@ def refuse_holding(source: str, outlines: str, held: Holding) -> None:
             f"this workflow makes its surface of {SOURCES[source]}, and the catalog has {there}",
             where=held.href,
             remedy=f"use {held.workflow}, or --set points.source=auto",
+        )
+    if textures == "photographs" and "images" not in held.sources:
+        raise CatalogError(
+            "this workflow takes textures from photographs, and the catalog has none",
+            where=held.href,
+            remedy=f"use {held.workflow}, or make it again with --images",
         )
     if outlines == "given" and not held.has_outlines:
         raise CatalogError(

@@ -32,6 +32,7 @@ class OrientationAsked:
     scale_m, local, crs : see `workflow.photo_placing.Placing`
     allow_outside : the catalog may name files elsewhere
     lever_arm : of the antenna, as on the command line
+    onto : survey that the images are registered to: files, patterns, or a catalog
     """
 
     given: str
@@ -46,6 +47,7 @@ class OrientationAsked:
     crs: str = ""
     allow_outside: bool = False
     lever_arm: str = ""
+    onto: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

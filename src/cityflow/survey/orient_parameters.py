@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from cityflow.adjustment.bundle import AdjustmentParameters
+from cityflow.adjustment.coarse_registration import RegistrationParameters
 from cityflow.adjustment.descriptor_matching import MatchingParameters
 from cityflow.adjustment.features import FeatureParameters
 from cityflow.core.parameters import Parameters
@@ -28,6 +29,12 @@ class OrientParameters(TieParameters):
     features: FeatureParameters = FeatureParameters()
     pairs: PairParameters = PairParameters()
     adjustment: AdjustmentParameters = AdjustmentParameters()
+
+
+class OntoParameters(OrientParameters):
+    """The same, and how far images may be off a survey that they are registered to."""
+
+    registration: RegistrationParameters = RegistrationParameters()
 
 
 class RefineParameters(OrientParameters):

@@ -149,7 +149,7 @@ class Survey:
     @property
     def textures(self) -> bool:
         """Whether faces get textures: where the catalog has images or orthos to take them from."""
-        return self.parameters.texture.when == "auto" and bool(self.images.assets or self.given_orthos())
+        return self.parameters.texture.when != "never" and bool(self.images.assets or self.given_orthos())
 
     @property
     def outline_sigma_m(self) -> float:

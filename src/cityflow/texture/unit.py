@@ -53,7 +53,10 @@ USUAL: Mapping[Semantic, Colour] = {
 class TextureParameters(Parameters):
     """How the faces of a unit are textured."""
 
-    when: Literal["auto", "never"] = Field("auto", description="auto: where the catalog has images or orthos")
+    when: Literal["auto", "photographs", "never"] = Field(
+        "auto",
+        description="auto: where the catalog has images or orthos; photographs: a catalog without images is refused",
+    )
     most_images: int = Field(150, ge=1, le=2000, description="images per unit, the nearest ones")
     around_m: float = Field(
         40.0, ge=0, le=200, description="models this far around a unit may stand between it and a camera, m"

@@ -40,24 +40,25 @@ from cityflow.runs.orientation_asked import note_expected
 from cityflow.runs.settings import explain_invalid, parse_setting
 from cityflow.stages.orient import ADJUST, FEATURES, TIES, OrientSource
 from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS
-from cityflow.survey.orient_parameters import OrientParameters
+from cityflow.stages.orient.register import REGISTER
+from cityflow.survey.orient_parameters import OntoParameters, OrientParameters
 from cityflow.workflow.adjusted_block import adjusted_block, write_refined
 
-SECONDS = {FEATURES: 20.0, TIES: 5.0, ADJUST: 30.0, PAIRS: 10.0, MATCHES: 5.0, MAP: 60.0}
+SECONDS = {FEATURES: 20.0, TIES: 5.0, ADJUST: 30.0, PAIRS: 10.0, MATCHES: 5.0, MAP: 60.0, REGISTER: 30.0}
 """Of a task, before some are done."""
 FEWEST = 3
 """Images below which no block is adjusted."""
 
 
-def orient_parameters(settings: Sequence[str]) -> OrientParameters:
+def orient_parameters(settings: Sequence[str]) -> OntoParameters:
     """The parameters from ``--set``. Raises WorkflowError where a key is unknown or a value does not fit."""
     tree: dict[str, Any] = {}
     for setting in settings:
-        tree = merged(tree, parse_setting(setting, OrientParameters))
+        tree = merged(tree, parse_setting(setting, OntoParameters))
     try:
-        return OrientParameters.model_validate(tree)
+        return OntoParameters.model_validate(tree)
     except ValidationError as error:
-        problem = explain_invalid(error, OrientParameters)
+        problem = explain_invalid(error, OntoParameters)
         raise WorkflowError(problem, where="--set", remedy="docs/orient.md lists the keys") from None
 
 
@@ -106,8 +107,12 @@ def orient_catalog(
     made = write_refined(given, found, parameters, out)
     for line in described(found.summary, found.failed):
         say(console, line)
-    say(console, f"Catalog written to {out}. Next: cityflow run WORKFLOW --catalog {shlex.quote(str(out))}")
     return made
+
+
+def say_next(out: Path, workflow: str, console: Console) -> None:
+    """Where the catalog is, and the command that takes it."""
+    say(console, f"Catalog written to {out}. Next: cityflow run {workflow} --catalog {shlex.quote(str(out))}")
 
 
 def control_in(given: Catalog, path: Path, marks: Path | None = None, crs: str = "") -> ControlPoints:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +12,7 @@ from pydantic import ValidationError
 from rich.console import Console
 
 from cityflow.adjustment.mapping import MappedModel
-from cityflow.catalog.create import SurveyFiles, SurveyText, create_catalog
+from cityflow.catalog.create import SurveyText, create_catalog
 from cityflow.catalog.image_files import ImageFiles
 from cityflow.catalog.orientation import ImageSource
 from cityflow.catalog.photo_folder import PhotoFolder, photo_folder
@@ -39,10 +38,13 @@ from cityflow.stages.orient import BLOCK, FEATURES
 from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS, Photo, PhotoCamera, PhotoParameters, PhotoSource
 from cityflow.viewer.orientation_rows import TiePoints
 from cityflow.workflow.catalog_reading import reading_files
-from cityflow.workflow.orient import refuse_other_work, run_stages, say
+from cityflow.workflow.onto import registered_to, surveyed
+from cityflow.workflow.orient import refuse_other_work, run_stages, say, say_next
 from cityflow.workflow.photo_adjusting import Known, add_adjustment, adjusted_model, adjustment_lines, with_covariances
 from cityflow.workflow.photo_placing import Placed, Placing, known_control, known_positions, place
+from cityflow.workflow.photos_onto import files_of, moved_adjustment, moved_onto, placing_before, usual_search
 
+PHOTOS_CITY, LIDAR_PHOTOS_CITY = "workflows/photos_city.yaml", "workflows/lidar_photos_city.yaml"
 MODEL = "model"
 """Folder of the placed COLMAP model in the work folder."""
 FEW_POINTS = 20
@@ -80,6 +82,7 @@ def orient_photographs(
     refuse_foreign_folder(out)
     refuse_other_work(work)
     control = known_control(placing)
+    survey = None if placing.onto is None else surveyed(placing.onto, work, scheduler, workers, console)
     with reading_files(scheduler, workers, console, kept_beside=out) as reading:
         found = photo_folder(folder, reading)
     for note in found.notes:
@@ -90,7 +93,9 @@ def orient_photographs(
             f"the photographs have {len(found.focals)} cameras, an antenna's place is in the frame of one",
             where="--lever-arm", remedy=remedy,
         )  # fmt: skip
-    gnss = known_positions(placing, {f.name: f.metadata for f in found.files if f.has_place}, control)
+    photos = {f.name: f.metadata for f in found.files if f.has_place}
+    placing = placing if survey is None else placing_before(placing, survey, list(photos.values()))
+    gnss = known_positions(placing, photos, control)
     record, store = _mapped(found, work, parameters, scheduler, workers, console)
     models = decode_models(store.read_bytes(next(iter(record.outputs))))
     if not models:
@@ -107,6 +112,10 @@ def orient_photographs(
     known = Known(gnss, marked[0] if marked is not None else None, placing.arm)
     cameras = {f.name: f.camera for f in found.files}
     put, adjustment = adjusted_model(put, cameras, known, record, store, scheduler, workers)
+    if survey is not None:
+        search = parameters.registration.search(usual_search(placing))
+        by = registered_to(survey, put.xyz, search, store, scheduler, workers)
+        put, adjustment = moved_onto(put, by, survey), moved_adjustment(adjustment, by)
     origin = np.floor(np.median([i.centre for i in put.images], axis=0))
     source = _write_model(work / MODEL, put, {n: f.relative for n, f in files.items()}, origin)
     left_out = _left_out(found, record.result, models, names)
@@ -116,13 +125,13 @@ def orient_photographs(
     with reading_files(scheduler, workers, console, kept_beside=out) as reading:
         made = create_catalog(
             out,
-            SurveyFiles(images=replace(source, folder=folder)),
+            replace(files_of(survey), images=replace(source, folder=folder)),
             crs=put.crs,
             reading=reading,
             orientation=orientation_figures(report),
             text=SurveyText(title=out.absolute().name),
         )
-    catalog, ties = made.catalog, TiePoints(put.xyz, model.lengths.astype(np.float64), model.errors_px)
+    catalog, ties = made.catalog, TiePoints(put.xyz, model.lengths[kept].astype(np.float64), model.errors_px[kept])
     if adjustment is not None and adjustment.is_taken:
         ties = tie_points(adjustment.points)
         catalog = store_catalog(replace(catalog, images=with_covariances(catalog.images, adjustment)), out, copy=False)
@@ -132,10 +141,7 @@ def orient_photographs(
         say(console, f"Note: {note}")
     for line in [*_lines(report), *put.lines, *(adjustment_lines(adjustment) if adjustment is not None else ())]:
         say(console, line)
-    say(
-        console,
-        f"Catalog written to {out}. Next: cityflow run workflows/photos_city.yaml --catalog {shlex.quote(str(out))}",
-    )
+    say_next(out, PHOTOS_CITY if survey is None else LIDAR_PHOTOS_CITY, console)
     return catalog
 
 

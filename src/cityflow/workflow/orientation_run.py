@@ -15,8 +15,9 @@ from cityflow.io.catalog.stac import read_catalog
 from cityflow.runs.orientation_asked import RESULT, OrientationAsked, asked_in, expected_in, write_asked
 from cityflow.stages.orient import BLOCK
 from cityflow.workflow.chosen_part import Selection
-from cityflow.workflow.orient import control_in, orient_catalog, orient_parameters, refuse_other_work, say
-from cityflow.workflow.orient_photographs import orient_photographs, photo_parameters
+from cityflow.workflow.onto import Onto, orient_onto
+from cityflow.workflow.orient import control_in, orient_catalog, orient_parameters, refuse_other_work, say, say_next
+from cityflow.workflow.orient_photographs import LIDAR_PHOTOS_CITY, orient_photographs, photo_parameters
 from cityflow.workflow.photo_placing import Placing, lever_arm_of
 from cityflow.workflow.rerun import counted, refuse_unknown_stage, why_nothing
 from cityflow.workflow.unit_names import named_in
@@ -34,14 +35,21 @@ def run_orientation(asked: OrientationAsked, work: Path, scheduler: str, workers
     out, control, marks = Path(asked.out), _path(asked.control), _path(asked.marks)
     with _noted(work, asked):
         if asked.photographs:
-            placing = Placing(control, marks, asked.scale_m, asked.local, asked.crs, lever_arm_of(asked.lever_arm))
+            survey = Onto(asked.onto, asked.crs, asked.allow_outside) if asked.onto else None
+            arm = lever_arm_of(asked.lever_arm)
+            placing = Placing(control, marks, asked.scale_m, asked.local, asked.crs, arm, survey)
             parameters = photo_parameters(asked.settings)
             orient_photographs(Path(asked.given), out, work, placing, parameters, scheduler, workers, console)
         else:
             wanted = orient_parameters(asked.settings)
             given = read_catalog(asked.given, allow_outside=asked.allow_outside)
-            points = control_in(given, control, marks, asked.control_crs) if control is not None else None
-            orient_catalog(given, out, work, wanted, scheduler, workers, console, points)
+            if asked.onto:
+                survey = Onto(asked.onto, given.reference.code, asked.allow_outside)
+                orient_onto(given, survey, out, work, wanted, scheduler, workers, console)
+            else:
+                points = control_in(given, control, marks, asked.control_crs) if control is not None else None
+                orient_catalog(given, out, work, wanted, scheduler, workers, console, points)
+            say_next(out, LIDAR_PHOTOS_CITY if asked.onto else "WORKFLOW", console)
     shutil.copyfile(out / RESULT, work / RESULT)
 
 

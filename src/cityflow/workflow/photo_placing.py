@@ -24,6 +24,7 @@ from cityflow.io.control_points.references import in_crs
 from cityflow.io.crs import crs_of, reference_of, resolve
 from cityflow.io.tables.feature_ids import listing
 from cityflow.workflow.gnss_places import FEWEST, GNSS, GnssPlaces, gnss_places, placed_by_gnss, utm
+from cityflow.workflow.onto import Onto
 
 LOCAL_HEIGHT_M = 100.0
 """Median height over the ground in a local frame of unknown scale."""
@@ -31,7 +32,7 @@ LEAST_PX = 3.0
 """Control points whose residuals are below this contradict nobody, in pixels on the ground; set by hand."""
 REMEDY = (
     "give control points (--control FILE), the height over the ground at which they were taken (--scale METRES), or "
-    "--local for a frame of unknown scale"
+    "--local for a frame of unknown scale; or name a survey of the same place (--onto FILES)"
 )
 
 
@@ -45,6 +46,7 @@ class Placing:
     scale_m : median height of the images over the ground; None: not given
     local : a frame of unknown scale will do
     crs : of the catalog, as on the command line; empty: that of the control points, or UTM for GNSS positions
+    onto : survey that the photographs are led onto from there
     arm : metres from the projection centre to the antenna in the frame of the camera: right in the picture, down, ahead; None: not given
     """
 
@@ -54,6 +56,7 @@ class Placing:
     local: bool = False
     crs: str = ""
     arm: tuple[float, float, float] | None = None
+    onto: Onto | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
+from cityflow.adjustment.coarse_registration import RegistrationParameters
 from cityflow.adjustment.descriptor_matching import MatchingParameters, mutual_matches, unit_descriptors
 from cityflow.adjustment.features import FeatureParameters
 from cityflow.adjustment.mapping import MappingInput, mapped
@@ -52,6 +53,7 @@ class PhotoParameters(MapParameters):
     features: FeatureParameters = FeatureParameters()
     pairs: PhotoPairParameters = PhotoPairParameters()
     matching: MatchingParameters = MatchingParameters()
+    registration: RegistrationParameters = RegistrationParameters()
 
 
 @dataclass(frozen=True, slots=True)
