@@ -48,9 +48,12 @@ class Inputs:
     def of(self, task: Task) -> dict[str, Written]:
         """What is known of the files that the arguments of a task name."""
         found = {path: written for path in paths_in(task.arguments) if (written := self._find(path)) is not None}
-        for name in task.inputs:
-            if (known := self._lists.get(name)) is not None or (known := self._list_before(name)) is not None:
-                found[known[0]] = known[1]
+        lists, before = self._lists, self._before
+        if lists or before:
+            for name in task.inputs:  # hundreds, of a texture
+                known = lists[name] if name in lists else self._list_before(name) if before else None
+                if known is not None:
+                    found[known[0]] = known[1]
         return found
 
     def left_by(self, nodes: Iterable[Node]) -> dict[str, Written]:
