@@ -22,7 +22,7 @@ def _mapped(seed: int = 31) -> tuple[Scene, tuple[OrientedImage, ...]]:
     truth = scene(seed)
     sheet = replace(CAMERA, fx=1507.5, fy=1507.5, cx=600.0, cy=450.0, distortion=())
     given = [replace(i, camera=sheet, head="only") for i in disturbed(truth.images, 0.3, 3.0, seed=seed)]
-    origin = np.round(np.mean([i.centre for i in given], axis=0))
+    origin = np.asarray(np.round(np.mean([i.centre for i in given], axis=0)), np.float64)
     asked = AdjustmentParameters(calibrate=False, position_sigma_m=2.0, angle_sigma_deg=1.0)
     block = adjusted(Block.of(given, origin), truth.ties, asked).block
     return truth, tuple(block.image(k, i.name, origin) for k, i in enumerate(given))
