@@ -5,9 +5,9 @@ import { DirectionalLight, Matrix4, MeshBasicMaterial, PerspectiveCamera, Scene,
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { PageLoader, scaleFor } from '../source/textures.js';
 
-const said = new URLSearchParams(location.search);
-const isEqual = said.get('equal') === '1';
-const [width, height] = said.get('size').split('x').map(Number);
+const asked = new URLSearchParams(location.search);
+const isEqual = asked.get('equal') === '1';
+const [width, height] = asked.get('size').split('x').map(Number);
 const canvas = document.getElementById('canvas');
 Object.assign(canvas.style, { position: 'fixed', left: '0', top: `${window.innerHeight - height}px`, width: `${width}px`, height: `${height}px` });
 const renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
@@ -16,8 +16,8 @@ renderer.setSize(width, height, false);
 const scene = new Scene();
 const camera = new PerspectiveCamera(45, width / height, 1, 1e4);
 camera.up.set(0, 0, 1);
-const { frame, texture_pixels: pixels } = await (await fetch(said.get('city'))).json();
-const tiles = new TilesRenderer(said.get('tileset'));
+const { frame, texture_pixels: pixels } = await (await fetch(asked.get('city'))).json();
+const tiles = new TilesRenderer(asked.get('tileset'));
 if (isEqual) {
   const loader = new GLTFLoader(tiles.manager);
   tiles.manager.addHandler(/\.(gltf|glb)$/g, loader);
@@ -32,7 +32,7 @@ if (isEqual) {
   light.position.set(-0.45, -0.35, 0.82);
   scene.add(light);
 }
-tiles.errorTarget = Number(said.get('error'));
+tiles.errorTarget = Number(asked.get('error'));
 // as in the view, nothing is let go of while one walks around
 Object.assign(tiles.lruCache, { minBytesSize: 2 ** 33, maxBytesSize: 2 ** 33 });
 tiles.setCamera(camera);
