@@ -13,7 +13,7 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.surface.fused_tile import fused_tile
 from cityflow.surface.image_rasters import ImageSurface
 from cityflow.surface.image_surface import ImageSurfaceParameters, image_surface, surface_of_fused
-from cityflow.surface.overview import overview_factor, refined, refined_classes
+from cityflow.surface.overview import median_of_filled, overview_factor, reduced_median, refined, refined_classes
 from cityflow.surface.point_classes import classify_points
 from image_point_scenes import SIZE, flight, truth
 
@@ -123,6 +123,21 @@ def test_factor_gives_working_cells_of_about_half_a_metre() -> None:
         1.0: 1,
     }
     assert {cell: overview_factor(cell) for cell in wanted} == wanted
+
+
+def test_medians_of_blocks_are_numpy_s_and_those_of_filled_rasters_the_same() -> None:
+    rng = np.random.default_rng(3)
+    before = rng.integers(0, 9, (40, 60)).astype(np.float32)
+    before[rng.random(before.shape) < 0.05] = np.nan
+    before[:10, :20] = np.nan
+    filled = np.where(np.isnan(before) & (rng.random(before.shape) < 0.5), np.float32(4.5), before)
+    found, after = reduced_median(before, 5, 0.25), reduced_median(filled, 5, 0.25)
+    for raster, medians in ((before, found), (filled, after)):
+        blocks = np.sort(raster.reshape(8, 5, 12, 5).swapaxes(1, 2).reshape(8, 12, 25))
+        known = np.isfinite(blocks).sum(axis=2)
+        middle = np.take_along_axis(blocks, known[..., None] // 2, axis=2)[..., 0]
+        assert np.array_equal(medians, np.where(known >= 6.25, middle, np.nan), equal_nan=True)
+    assert np.array_equal(median_of_filled(filled, before, found, 5, 0.25), after, equal_nan=True)
 
 
 def test_refined_goes_through_the_middles() -> None:

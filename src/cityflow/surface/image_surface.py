@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
@@ -24,6 +23,7 @@ from cityflow.surface.ground_points import WORK_CELL_M
 from cityflow.surface.image_rasters import ImageSurface, Rasters
 from cityflow.surface.noise import NoiseParameters, is_noise
 from cityflow.surface.overview import (
+    median_of_filled,
     reduced_median,
     refined,
     refined_classes,
@@ -115,15 +115,16 @@ def surface_of_fused(
     p, factor, grid = parameters, wide.factor, wide.grid
     core = fine_grid(bounds, grid.cell, factor)
     work, work_core = _working(grid, factor), _working(core, factor)
-    colour = wide.colour if wide.colour.shape[2] else None
     cloud = _cloud(wide.surface, p)
     part = work.slices(work_core)
-    terrain = _terrain(cloud, reduced_median(wide.surface.dsm, factor, LEAST_SHARE), work, p, part, external_dtm)
+    heights = reduced_median(wide.surface.dsm, factor, LEAST_SHARE)
+    terrain = _terrain(cloud, heights, work, p, part, external_dtm)
     seen, inside = _surveyed(cloud, terrain, work, p, seen_enough)
     terrain = np.where(inside, terrain, np.nan)
     if seen_enough is not None:
         wide, cloud = _cropped(wide, inside), cloud.take(_holds(inside, work, cloud))
-    coarse = _coarse(wide.surface, wide.filled, terrain, colour, cloud, work, factor, p)
+        heights = np.where(inside, heights, np.nan)
+    coarse = _coarse(wide, heights, terrain, cloud, work, part, p)
     fine = _fine(wide.surface, wide.filled, coarse, grid, core, factor, p)
     method = "external" if external_dtm is not None else str(dtm_methods.chosen_method(cloud, p.dtm))
     thinned = _classified(cloud.within(bounds), fine)
@@ -205,26 +206,28 @@ def _terrain(
 
 
 def _coarse(
-    fused: Fused,
-    filled: Float32Array,
+    wide: FusedTile,
+    heights: FloatArray,
     terrain: FloatArray,
-    colour: NDArray[np.float32] | None,
     cloud: PointCloud,
     work: Grid,
-    factor: int,
+    part: tuple[slice, slice],
     p: ImageSurfaceParameters,
 ) -> Rasters:
-    """Rasters of the working grid; `filled` is the fused surface without gaps."""
-    dsm = reduced_median(fused.dsm, factor, LEAST_SHARE)
-    whole = reduced_median(filled.astype(np.float32), factor, LEAST_SHARE)
+    """Rasters of the working grid, on which the fused surface has `heights`; counts and precision only of the part that the tile is."""
+    fused, factor = wide.surface, wide.factor
+    whole = median_of_filled(wide.filled, fused.dsm, heights, factor, LEAST_SHARE)
     whole = np.where(np.isnan(whole) | np.isnan(terrain), terrain, whole)
-    green = colour_vegetation((whole, terrain), colour, work, p.vegetation)
+    green = colour_vegetation((whole, terrain), wide.colour if wide.colour.shape[2] else None, work, p.vegetation)
     klass = classify(cloud, (whole, terrain), green, count_points(cloud, work), work, p.cover)
-    count = fused.count.reshape(work.rows, factor, work.cols, factor).sum(axis=(1, 3), dtype=np.uint32)
-    sigma = reduced_median(fused.sigma, factor, LEAST_SHARE)
+    fine = tuple(slice(s.start * factor, s.stop * factor) for s in part)
+    count, sigma = np.zeros(work.shape, np.uint32), np.full(work.shape, np.nan, np.float32)
+    rows, cols = count[part].shape
+    count[part] = fused.count[fine].reshape(rows, factor, cols, factor).sum(axis=(1, 3), dtype=np.uint32)
+    sigma[part] = reduced_median(np.ascontiguousarray(fused.sigma[fine]), factor, LEAST_SHARE)
     return Rasters(
-        work, dsm.astype(np.float32), whole.astype(np.float32), terrain.astype(np.float32),
-        (whole - terrain).astype(np.float32), klass, count, np.isnan(dsm), sigma.astype(np.float32),
+        work, heights.astype(np.float32), whole.astype(np.float32), terrain.astype(np.float32),
+        (whole - terrain).astype(np.float32), klass, count, np.isnan(heights), sigma,
     )  # fmt: skip
 
 

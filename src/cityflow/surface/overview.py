@@ -30,25 +30,49 @@ def overview_factor(cell_m: float) -> int:
 
 def reduced_median(values: Float32Array, factor: int, least_share: float) -> FloatArray:
     """(rows, cols) upper median of each block of factor x factor cells; NaN where fewer than `least_share` of them are known."""
-    return np.asarray(_block_medians(values, factor, max(least_share * factor * factor, 1.0)))
+    out = np.full((values.shape[0] // factor, values.shape[1] // factor), np.nan)
+    _block_medians(values, factor, max(least_share * factor * factor, 1.0), np.ones(out.shape, np.bool_), out)
+    return out
+
+
+def median_of_filled(
+    filled: Float32Array, before: Float32Array, medians: FloatArray, factor: int, least_share: float
+) -> FloatArray:
+    """`reduced_median` of a raster of which `medians` are those before its holes were filled."""
+    shape = (before.shape[0] // factor, factor, before.shape[1] // factor, factor)
+    out = medians.copy()
+    asked = np.isnan(before).reshape(shape).any(axis=(1, 3))
+    _block_medians(filled, factor, max(least_share * factor * factor, 1.0), asked, out)
+    return out
 
 
 @njit(cache=True, nogil=True)
-def _block_medians(values: Float32Array, factor: int, least: float) -> FloatArray:
-    rows, cols = values.shape[0] // factor, values.shape[1] // factor
-    out = np.full((rows, cols), np.nan)
-    near = np.empty(factor * factor)
-    for r in range(rows):
-        for c in range(cols):
+def _block_medians(values: Float32Array, factor: int, least: float, asked: BoolArray, out: FloatArray) -> None:
+    near = np.empty(factor * factor, np.float32)
+    for r in range(out.shape[0]):
+        for c in range(out.shape[1]):
+            if not asked[r, c]:
+                continue
             n = 0
             for i in range(r * factor, (r + 1) * factor):
                 for j in range(c * factor, (c + 1) * factor):
-                    if not np.isnan(values[i, j]):
-                        near[n] = values[i, j]
-                        n += 1
-            if n >= least:
-                out[r, c] = np.sort(near[:n])[n // 2]
-    return out
+                    near[n] = values[i, j]
+                    n += not np.isnan(values[i, j])
+            out[r, c] = _upper_median(near[:n]) if n >= least else np.nan
+
+
+@njit(cache=True, nogil=True)
+def _upper_median(values: Float32Array) -> float:
+    """That with the rank of half of all: ranks of a few are counted faster than all are sorted."""
+    middle = len(values) // 2
+    for value in values:
+        below, not_above = 0, 0
+        for other in values:
+            below += other < value
+            not_above += other <= value
+        if below <= middle < not_above:
+            return float(value)
+    return np.nan
 
 
 def refined(values: FloatArray, factor: int) -> Float32Array:

@@ -19,8 +19,6 @@ FIXED = 1_000_000
 """Sums run in whole micrometres and millionths: whole numbers add up the same in any order."""
 LEAST_SIGMA_M, MOST_SIGMA_M = 0.01, 2.0
 """Bounds of a point's standard deviation: no depth is exacter than a centimetre, and unknown ones count as 2 m; set by hand."""
-AT_ONCE = 1_000_000
-"""Points at a time; bounds memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,40 +118,77 @@ def thinned(points: ImagePoints, cell: float, least_slant: float) -> Voxels:
     least_slant : points whose ray stands steeper than this (sine of the angle to the plumb line) are left out:
         no upright surface can be seen along it (Nex et al. 2013 §2.2: mixed pixels lie along the ray)
     """
-    usable = _slanting(points, least_slant)
-    index = np.floor(points.xyz[usable] / cell).astype(np.int32)
+    usable, index = _slanting(points.xyz, points.centres, points.image, least_slant, cell)
     if not len(index):
         empty = np.empty(0, np.int32)
         return Voxels(
             cell, np.empty((0, 3)), np.empty((0, 3), np.float32), np.empty(0, np.float32), np.empty(0, np.uint8),
             empty, empty, empty,
         )  # fmt: skip
-    order = _sorted_by_voxel(index)
-    col, row, level = index[order].T
-    first = np.flatnonzero(np.concatenate([[True], (np.diff(col) != 0) | (np.diff(row) != 0) | (np.diff(level) != 0)]))
-    chosen = usable[order]
+    order, first = _by_voxel(index, *(int(f(index[:, k])) for f in (np.min, np.max) for k in (1, 0)))
     xyz, towards, sigma, views = _means(
-        points.xyz, points.image, points.sigma, points.views, points.centres, chosen, first.astype(np.int64), cell
+        points.xyz, points.image, points.sigma, points.views, points.centres, usable[order], first, cell
     )
-    return Voxels(cell, xyz, towards, sigma, views, row[first], col[first], level[first])
+    col, row, level = (np.ascontiguousarray(v) for v in index[order[first]].T)
+    return Voxels(cell, xyz, towards, sigma, views, row, col, level)
 
 
-def _slanting(points: ImagePoints, least: float) -> IntArray:
-    """Indices of points whose ray slants enough."""
-    found = []
-    for begin in range(0, len(points), AT_ONCE):
-        part = slice(begin, begin + AT_ONCE)
-        ray = points.centres[points.image[part]] - points.xyz[part]
-        level = np.hypot(ray[:, 0], ray[:, 1])
-        found.append(np.flatnonzero(level >= least * np.hypot(level, ray[:, 2])) + begin)
-    return np.concatenate(found) if found else np.empty(0, np.int64)
+@njit(cache=True, nogil=True)
+def _slanting(
+    xyz: FloatArray, centres: FloatArray, image: IntArray, least: float, cell: float
+) -> tuple[IntArray, Int32Array]:
+    """Numbers of the points whose ray slants enough, and their place in the lattice: column, row, level."""
+    usable, index, n = np.empty(len(xyz), np.int64), np.empty((len(xyz), 3), np.int32), 0
+    for i in range(len(xyz)):
+        c = centres[image[i]]
+        level = np.hypot(c[0] - xyz[i, 0], c[1] - xyz[i, 1])
+        if level >= least * np.hypot(level, c[2] - xyz[i, 2]):
+            usable[n] = i
+            for k in range(3):
+                index[n, k] = np.int32(np.floor(xyz[i, k] / cell))
+            n += 1
+    return usable[:n].copy(), index[:n].copy()
 
 
-def _sorted_by_voxel(index: Int32Array) -> IntArray:
-    low = index.min(axis=0).astype(np.int64)
-    size = index.max(axis=0).astype(np.int64) - low + 1
-    key = ((index[:, 1] - low[1]) * size[0] + (index[:, 0] - low[0])) * size[2] + (index[:, 2] - low[2])
-    return np.argsort(key, kind="stable")
+@njit(cache=True, nogil=True)
+def _by_voxel(index: Int32Array, row_0: int, col_0: int, row_1: int, col_1: int) -> tuple[IntArray, IntArray]:
+    """Order by row, column and level, and where each voxel begins; points are dealt to columns, and those of a column sorted."""
+    cols = col_1 - col_0 + 1
+    start = np.zeros((row_1 - row_0 + 1) * cols + 1, np.int64)
+    for i in range(len(index)):
+        start[(index[i, 1] - row_0) * cols + index[i, 0] - col_0 + 1] += 1
+    for k in range(len(start) - 1):
+        start[k + 1] += start[k]
+    order, at = np.empty(len(index), np.int64), start[:-1].copy()
+    for i in range(len(index)):
+        k = (index[i, 1] - row_0) * cols + index[i, 0] - col_0
+        order[at[k]] = i
+        at[k] += 1
+    first, n = np.empty(len(index), np.int64), 0
+    for k in range(len(start) - 1):
+        _sort_by_level(order, index, start[k], start[k + 1])
+        for j in range(start[k], start[k + 1]):
+            if j == start[k] or index[order[j], 2] != index[order[j - 1], 2]:
+                first[n] = j
+                n += 1
+    return order, first[:n].copy()
+
+
+@njit(cache=True, nogil=True)
+def _sort_by_level(order: IntArray, index: Int32Array, low: int, high: int) -> None:
+    """Shell sort: a wall's column may hold thousands of points."""
+    gap = 1
+    while gap < (high - low) // 3:
+        gap = 3 * gap + 1
+    while gap > 0:
+        for i in range(low + gap, high):
+            p, j = order[i], i
+            level = index[p, 2]
+            while j >= low + gap and index[order[j - gap], 2] > level:
+                order[j] = order[j - gap]
+                j -= gap
+            order[j] = p
+        gap //= 3
 
 
 @njit(cache=True, nogil=True)
