@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +12,12 @@ from box_scene import BoxScene, nadir_views, oblique_views
 from cityflow.core.camera import OrientedImage
 from cityflow.core.depth_map import DepthMap, points_of
 from cityflow.core.grid import Bounds
+from cityflow.core.local_frame import LocalFrame
 from cityflow.flow.store import Store
+from cityflow.handover.array_file import encode_arrays
 from cityflow.handover.depth_map_files import encode_depth_map
 from cityflow.handover.depth_reader import CheckedInputs, DepthInputs, PointReader, checked_points, compared, within
-from cityflow.handover.vote_files import VOTES, decode_votes, encode_votes
+from cityflow.handover.vote_files import ANYWHERE, VOTES, decode_boxes, decode_votes, encode_votes
 from cityflow.surface.witnesses import WitnessParameters
 
 TILES: dict[str, Bounds] = {"west": (-12.0, -10.0, 0.0, 10.0), "east": (0.0, -10.0, 12.0, 10.0)}
@@ -72,17 +73,29 @@ def test_votes_of_each_tile_give_the_points_of_who_compares_all(
     for tile, bounds in TILES.items():
         # each task asks about its own tile and a rim, as fuse does
         found = compared(store, inputs, (bounds[0] - 2.0, -10.0, bounds[2] + 2.0, 10.0))
-        own = dict(v for path, v in found.votes.items() if path.endswith(f"/{tile}.cfd"))
-        store.write_bytes(f"work/fuse/{tile}/{VOTES}", encode_votes(own))
+        own = {path: v for path, v in found.votes.items() if path.endswith(f"/{tile}.cfd")}
+        boxes = {name: found.points.box(path) for path, (name, _) in own.items()}
+        store.write_bytes(f"work/fuse/{tile}/{VOTES}", encode_votes(dict(own.values()), boxes))
         assert same(found.points, whole.points, bounds) > 10_000
     votes = tuple(f"work/fuse/{path.rsplit('/', 1)[1].removesuffix('.cfd')}/{VOTES}" for path in paths)
-    taken = checked_points(
-        store, CheckedInputs(tuple(paths), votes, (), tuple(images), 3), partial(within, bounds=everything)
-    )
+    names = tuple(path.split("/")[2] for path in paths)
+    given = CheckedInputs(tuple(paths), votes, names, (), tuple(images), 3)
+    taken = checked_points(store, given, everything)
     for bounds in (everything, TILES["west"], (-3.0, -4.0, 5.0, 1.0)):
         assert same(taken, whole.points, bounds) > 1_000
     raw = sum(len(points_of(depths_of(i), i)) for i in images)
     assert 500 < raw - len(taken(everything)) - sum(outside(i) for i in images) < 700, "the tower of 600 pixels is gone"
+
+    # points in a frame are the same, and maps that end before the bounds are not read
+    frame = LocalFrame("across_45", images[3].rotation * np.array([[1.0], [-1.0], [-1.0]]), np.array([3.0, -2.0, 1.0]))
+    bounds = frame.bounds_of((-8.0, -4.0, 0.0, -2.0, 4.0, 3.0))
+    tilted = checked_points(store, given, bounds, frame, colour=False)(bounds)
+    moved = whole.points(everything).rotated(frame.frame_from_world, frame.origin)
+    assert np.allclose(tilted.xyz, moved.xyz[within(moved.xyz, bounds)], atol=1e-9)
+    assert tilted.colour.shape == (len(tilted), 0)
+    for path in paths[len(images) :]:
+        store.write_bytes(path, b"no depth map")
+    assert same(checked_points(store, given, TILES["west"]), whole.points, (-12.0, -10.0, -1.0, 10.0)) > 1_000
 
 
 def outside(image: OrientedImage) -> int:
@@ -97,8 +110,12 @@ def test_a_direction_takes_its_own_votes_from_those_of_all(
     store, paths = maps
     found = compared(store, DepthInputs(tuple(paths), tuple(images), 3, WitnessParameters()), TILES["east"])
     own = dict(v for path, v in found.votes.items() if path.endswith("/east.cfd"))
-    data = encode_votes(own)
-    assert data == encode_votes(dict(reversed(own.items()))), "the order does not matter"
+    boxes = {"across0": (-1.0, 0.5, 0.1, 2.0, 3.0, 4.0), "across1": (0.0, 0.0, 0.0, 1.0, 1.0, 1.0)}
+    data = encode_votes(own, boxes)
+    assert data == encode_votes(dict(reversed(own.items())), dict(reversed(boxes.items()))), "the order does not matter"
+    assert decode_boxes(data) == boxes
+    before = encode_arrays(own, {})
+    assert decode_boxes(before) == dict.fromkeys(own, ANYWHERE), "what a version before has left"
     some = decode_votes(data, {"across0", "nobody"})
     assert list(some) == ["across0"]
     assert np.array_equal(some["across0"], own["across0"])

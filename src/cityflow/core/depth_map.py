@@ -76,11 +76,13 @@ class ImagePoints:
 
 
 def points_of(depth_map: DepthMap, image: OrientedImage) -> ImagePoints:
-    """All pixels with a depth as world points, row by row."""
+    """All pixels with a depth as world points, row by row; without colour where the map has none."""
     pixel, xyz = world_points(depth_map.depth, (depth_map.row, depth_map.col), image)
+    bands = depth_map.colour.shape[-1]
+    colour = depth_map.colour.reshape(-1, bands).take(pixel, axis=0) if bands else np.empty((len(xyz), 0), np.uint8)
     return ImagePoints(
-        xyz, depth_map.colour.reshape(-1, depth_map.colour.shape[-1]).take(pixel, axis=0), np.zeros(len(xyz), np.int64),
-        depth_map.views.take(pixel), depth_map.sigma.take(pixel), (image.name,), image.centre[None, :],
+        xyz, colour, np.zeros(len(xyz), np.int64), depth_map.views.take(pixel), depth_map.sigma.take(pixel), (image.name,),
+        image.centre[None, :],
     )  # fmt: skip
 
 

@@ -13,6 +13,9 @@ from cityflow.core.arrays import FloatArray, IntArray
 Bounds = tuple[float, float, float, float]
 """x_min, y_min, x_max, y_max in metres."""
 
+Box = tuple[float, float, float, float, float, float]
+"""x_min, y_min, z_min, x_max, y_max, z_max in metres."""
+
 FARTHEST_TILE = 1_000_000
 """Tiles of the lattice to each side of the CRS origin: of 50 m, the smallest, they reach farther than any projected coordinate."""
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from cityflow.core.arrays import FloatArray
+from cityflow.core.grid import Bounds, Box
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,3 +36,9 @@ class LocalFrame:
     def to_world(self, xyz: FloatArray) -> FloatArray:
         """(N, 3) frame metres → (N, 3) world metres."""
         return xyz @ self.frame_from_world + self.origin
+
+    def bounds_of(self, box: Box) -> Bounds:
+        """What a box of the world covers in the plan of the frame."""
+        corners = np.stack(np.meshgrid(box[0::3], box[1::3], box[2::3]), axis=-1).reshape(8, 3)
+        x, y = self.from_world(corners)[:, :2].T
+        return float(x.min()), float(y.min()), float(x.max()), float(y.max())

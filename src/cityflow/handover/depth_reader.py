@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, ByteArray, FloatArray
 from cityflow.core.depth_map import DepthMap, ImagePoints, joined, points_of
-from cityflow.core.grid import Bounds, bounds_meet
+from cityflow.core.grid import Bounds, Box, bounds_meet, grown
+from cityflow.core.local_frame import LocalFrame
 from cityflow.flow.store import Store
 from cityflow.flow.typed import TaskInputs
 from cityflow.handover.depth_map_files import decode_depth_map
 from cityflow.handover.field_types import OrientedField
-from cityflow.handover.vote_files import decode_votes
+from cityflow.handover.vote_files import decode_boxes, decode_votes
 from cityflow.surface.witnesses import Witness, WitnessParameters, without_refuted, words_for
 
 VERSION = 2
 """Of what is refuted; a change of how the votes are read is one of the stages that read them."""
 POINTS_KEPT = 15_000_000
 """Of some 40 bytes each."""
-
-Place = Callable[[FloatArray], BoolArray]
-"""Which of (N, 3) world points are wanted."""
+NOWHERE: Bounds = (np.inf, np.inf, -np.inf, -np.inf)
+ROUNDED_M = 1e-3
+"""Maps are read that end so far beyond what is wanted: far more than a place is rounded by."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,13 +52,14 @@ class CheckedInputs(TaskInputs):
 
     Attributes
     ----------
-    maps : RUN-relative paths, sorted by flight tile;  votes : for each of them, that of the votes over its ground tile
+    maps : RUN-relative paths, sorted by flight tile;  votes : for each of them, that of the votes over its ground tile;  names : its image
     missing : ground tiles whose depths could not be compared: nothing is read of them
     references, bands : as in `DepthInputs`
     """
 
     maps: tuple[str, ...]
     votes: tuple[str, ...]
+    names: tuple[str, ...]
     missing: tuple[str, ...]
     references: tuple[OrientedField, ...]
     bands: int
@@ -72,26 +73,41 @@ class PointReader:
     maps : names of the depth maps
     points : reads those of a map that can be wanted at all
     bands : of the images
+    extents : of maps where they are known, in the plan of the points; a map that does not meet the bounds is not read
     """
 
-    def __init__(self, maps: Sequence[str], points: Callable[[str], ImagePoints], bands: int) -> None:
+    def __init__(
+        self, maps: Sequence[str], points: Callable[[str], ImagePoints], bands: int, extents: Mapping[str, Bounds] | None = None
+    ) -> None:  # fmt: skip
         self._maps, self._read, self._bands = maps, points, bands
         self._kept: dict[str, ImagePoints] = {}
-        self._extent: dict[str, Bounds] = {}
+        self._extent: dict[str, Bounds] = dict(extents or {})
+        self._box: dict[str, Box] = {}
 
     def __call__(self, bounds: Bounds) -> ImagePoints:
         parts = []
         for name in self._maps:
-            if name in self._extent and not bounds_meet(self._extent[name], bounds):
+            if name in self._extent and not bounds_meet(self._extent[name], grown(bounds, ROUNDED_M)):
                 continue
-            parts.append(_standing(self._points(name), partial(within, bounds=bounds)))
+            parts.append(_standing(self._points(name), bounds))
         return joined(parts, self._bands)
+
+    def box(self, name: str) -> Box:
+        """Of the points of a map, which has some."""
+        if name not in self._box:
+            self._points(name)
+        return self._box[name]
 
     def _points(self, name: str) -> ImagePoints:
         if name in self._kept:
             return self._kept[name]
         points = self._read(name)
-        self._extent[name] = _extent(points)
+        if len(points):
+            low, high = points.xyz.min(axis=0), points.xyz.max(axis=0)
+            self._box[name] = (*map(float, low), *map(float, high))  # type: ignore[assignment]
+            self._extent[name] = (*self._box[name][:2], *self._box[name][3:5])
+        else:
+            self._extent[name] = NOWHERE
         if sum(len(p) for p in self._kept.values()) + len(points) <= POINTS_KEPT:
             self._kept[name] = points
         return points
@@ -121,29 +137,43 @@ def compared(store: Store, given: DepthInputs, around: Bounds) -> Compared:
     witnesses = [Witness.of(images[n], parts[n]) for n in sorted(parts)]
     words = words_for(witnesses, around, given.witnesses)
     votes = {path: (m.image, words[m.image].over(m)) for path, m in maps.items()}
-    inside = partial(within, bounds=around)
 
     def read(path: str) -> ImagePoints:
         depth_map = without_refuted(decode_depth_map(store.read_bytes(path)), votes[path][1])
-        return _standing(points_of(depth_map, images[depth_map.image]), inside)
+        return _standing(points_of(depth_map, images[depth_map.image]), around)
 
     # most maps of tiles farther off are witnesses only
     wanted = [path for path in given.maps if votes[path][1].any()]
     return Compared(PointReader(wanted, read, given.bands), votes)
 
 
-def checked_points(store: Store, given: CheckedInputs, inside: Place) -> PointReader:
-    """The points that stand in a place, of depth maps whose votes others have left."""
-    images = {image.name: image for image in given.references}
-    paths = dict(zip(given.maps, given.votes, strict=True))
-    votes = {path: decode_votes(store.read_bytes(path), images) for path in dict.fromkeys(given.votes)}
+def checked_boxes(store: Store, given: CheckedInputs) -> dict[str, Box]:
+    """Path of a depth map → box of its points that are not refuted, world metres; of those that have some."""
+    boxes = {path: decode_boxes(store.read_bytes(path)) for path in dict.fromkeys(given.votes)}
+    places = zip(given.maps, given.votes, given.names, strict=True)
+    return {path: boxes[votes][name] for path, votes, name in places if name in boxes[votes]}
+
+
+def checked_points(
+    store: Store, given: CheckedInputs, bounds: Bounds, frame: LocalFrame | None = None, *, colour: bool = True
+) -> PointReader:
+    """The points within bounds of depth maps whose votes others have left; with a frame, bounds and points are in it."""
+    images, boxes = {i.name: i for i in given.references}, checked_boxes(store, given)
+    extents = {path: (*b[:2], *b[3:5]) if frame is None else frame.bounds_of(b) for path, b in boxes.items()}
+    wanted = grown(bounds, ROUNDED_M)
+    extents = {path: extent for path, extent in extents.items() if bounds_meet(extent, wanted)}
+    votes: dict[str, set[str]] = {}
+    places = {m: (v, name) for m, v, name in zip(given.maps, given.votes, given.names, strict=True) if m in extents}
+    for path, name in places.values():
+        votes.setdefault(path, set()).add(name)
+    found = {path: decode_votes(store.read_bytes(path), names) for path, names in votes.items()}
 
     def read(path: str) -> ImagePoints:
-        depth_map = decode_depth_map(store.read_bytes(path))
-        kept = without_refuted(depth_map, votes[paths[path]][depth_map.image])
-        return _standing(points_of(kept, images[depth_map.image]), inside)
+        depth_map, (place, name) = decode_depth_map(store.read_bytes(path), colour=colour), places[path]
+        points = points_of(without_refuted(depth_map, found[place][name]), images[name])
+        return _standing(points if frame is None else points.rotated(frame.frame_from_world, frame.origin), bounds)
 
-    return PointReader(given.maps, read, given.bands)
+    return PointReader(list(places), read, given.bands if colour else 0, extents)
 
 
 def within(xyz: FloatArray, bounds: Bounds) -> BoolArray:
@@ -152,13 +182,6 @@ def within(xyz: FloatArray, bounds: Bounds) -> BoolArray:
     return np.asarray((x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3]))
 
 
-def _standing(points: ImagePoints, inside: Place) -> ImagePoints:
-    here = inside(points.xyz)
+def _standing(points: ImagePoints, bounds: Bounds) -> ImagePoints:
+    here = within(points.xyz, bounds)
     return points if here.all() else points.take(here)
-
-
-def _extent(points: ImagePoints) -> Bounds:
-    if not len(points):
-        return np.inf, np.inf, -np.inf, -np.inf
-    x, y = points.xyz[:, 0], points.xyz[:, 1]
-    return float(x.min()), float(y.min()), float(x.max()), float(y.max())

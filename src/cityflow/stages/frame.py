@@ -11,7 +11,7 @@ from cityflow.core.arrays import Float32Array
 from cityflow.core.building import Status
 from cityflow.core.camera import OrientedImage
 from cityflow.core.depth_map import ImagePoints
-from cityflow.core.grid import Bounds, Grid, grown
+from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.parameters import Parameters
 from cityflow.flow.stage import Cost, Node, Place, Stage
@@ -20,7 +20,7 @@ from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.colour_images import ColourInputs
-from cityflow.handover.depth_reader import CheckedInputs, checked_points, within
+from cityflow.handover.depth_reader import CheckedInputs, checked_boxes, checked_points, within
 from cityflow.handover.field_types import FrameField
 from cityflow.handover.fused import UNMATCHED
 from cityflow.handover.layer_files import store_layers, store_ortho
@@ -37,11 +37,8 @@ from cityflow.survey.surface_source import FRAMES, IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "frame"
-VERSION = 7
+VERSION = 8
 EMPTY = "no image of this direction has depths here"
-EVERYWHERE: Bounds = (-np.inf, -np.inf, np.inf, np.inf)
-ROUNDED_M = 1e-3
-"""Points are read so far beyond: far more than a place is rounded by."""
 
 
 class FrameParameters(Parameters):
@@ -158,19 +155,29 @@ def _in_frame(
 ) -> tuple[ImagePoints, float]:
     """The points over the tile, with all that can hide it from the images, in the frame; and how far around, metres."""
     frame, cell_m, least_m = given.frame, given.grid.cell, p.fuse.reach_m(given.grid.cell)
+    near = grown(given.bounds, least_m)
+
+    def reach(lowest: float, highest: float) -> float:
+        # holes are filled with heights of places so far away, which lie lower in a tilted frame
+        lowest -= p.fuse.fill_m * float(np.sqrt(1.0 - frame.frame_from_world[2, 2] ** 2))
+        hiding_m = hiding_reach(images, frame, given.bounds, (lowest, highest))
+        # what hides is itself fused with its surroundings, and widened
+        around_m = (p.fuse.halo_cells + p.ortho.widened_cells + 1) * cell_m
+        return max(least_m, min(float(np.ceil(min(hiding_m, 1e6))) + around_m, p.ortho.halo_m))
+
+    # maps of places that can hide nothing are not read
+    boxes = [(box, frame.bounds_of(box)) for box in checked_boxes(store, given.depths).values()]
     widest = grown(given.bounds, max(least_m, p.ortho.halo_m) + cell_m)
-    reader = checked_points(store, given.depths, lambda xyz: within(frame.from_world(xyz), grown(widest, ROUNDED_M)))
-    world = reader(EVERYWHERE)
-    points = world.rotated(frame.frame_from_world, frame.origin)
-    near = within(points.xyz, grown(given.bounds, least_m))
-    if not near.any():
-        return points.take(near), least_m
-    # holes are filled with heights of places so far away, which lie lower in a tilted frame
-    lowest = float(world.xyz[near, 2].min()) - p.fuse.fill_m * float(np.sqrt(1.0 - frame.frame_from_world[2, 2] ** 2))
-    hiding_m = hiding_reach(images, frame, given.bounds, (lowest, float(world.xyz[:, 2].max())))
-    # what hides is itself fused with its surroundings, and widened
-    around_m = (p.fuse.halo_cells + p.ortho.widened_cells + 1) * cell_m
-    reach_m = max(least_m, min(float(np.ceil(min(hiding_m, 1e6))) + around_m, p.ortho.halo_m))
+    low = [box[2] for box, plan in boxes if bounds_meet(plan, near)]
+    high = [box[5] for box, plan in boxes if bounds_meet(plan, widest)]
+    reach_m = reach(min(low), max(high)) if low else least_m
+    wide = grown(given.bounds, reach_m + cell_m)
+    points = checked_points(store, given.depths, wide, frame, colour=False)(wide)
+    here = within(points.xyz, near)
+    if not here.any():
+        return points.take(here), least_m
+    heights = points.xyz @ frame.frame_from_world[:, 2] + frame.origin[2]
+    reach_m = min(reach(float(heights[here].min()), float(heights.max())), reach_m)
     return points.take(within(points.xyz, grown(given.bounds, reach_m + cell_m))), reach_m
 
 

@@ -27,7 +27,7 @@ from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "fuse"
-VERSION = 4
+VERSION = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,10 +92,11 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     given, parameters = task.arguments_as(FuseInputs), task.parameters_as(FuseParameters)
     reach = parameters.reach_m(given.cell_m) + 2 * given.cell_m * given.factor
     depths = compared(workspace.store, given.depths, grown(given.bounds, reach))
-    own = f"/{depth_map_name(task.unit)}"
-    workspace.write(VOTES, encode_votes(dict(v for path, v in depths.votes.items() if path.endswith(own))))
     made = fused_tile(depths.points, given.bounds, given.cell_m, given.factor, parameters)
     workspace.write(FUSED, encode_fused(made))
+    own = {p: v for p, v in depths.votes.items() if p.endswith(f"/{depth_map_name(task.unit)}")}
+    boxes = {name: depths.points.box(path) for path, (name, votes) in own.items() if votes.any()}
+    workspace.write(VOTES, encode_votes(dict(own.values()), boxes))
     status, reason = (Status.DEGRADED, UNMATCHED.format(", ".join(given.failed))) if given.failed else (Status.DONE, "")
     seen = np.isfinite(made.surface.dsm)
     sigma = float(np.median(made.surface.sigma[seen])) if seen.any() else None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import partial
 
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, grown
@@ -12,7 +11,7 @@ from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.depth_reader import CheckedInputs, checked_points, within
+from cityflow.handover.depth_reader import CheckedInputs, checked_points
 from cityflow.handover.fused import UNMATCHED
 from cityflow.handover.wall_point_files import encode_walls
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
@@ -70,7 +69,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     """Find them with the rim, and keep those of the tile."""
     given, parameters = task.arguments_as(WallInputs), task.parameters_as(WallPointParameters)
     around = grown(given.bounds, parameters.halo_m)
-    points = checked_points(workspace.store, given.depths, partial(within, bounds=around))(around)
+    points = checked_points(workspace.store, given.depths, around, colour=False)(around)
     found = find_wall_points(points, parameters).within(given.bounds)
     workspace.write(WALLS, encode_walls(found))
     without = "; ".join(UNMATCHED.format(f"tile {t}") for t in given.depths.missing)

@@ -97,7 +97,8 @@ class CheckedSources:
         }  # fmt: skip
         paths = tuple(path for path, _ in maps.values())
         found = tuple(there[t][0] for t in tiles.values())
-        return inputs, CheckedInputs(paths, found, missing, tuple(images), self.bands)
+        names = tuple(self.parts[f].reference for f in maps)
+        return inputs, CheckedInputs(paths, found, names, missing, tuple(images), self.bands)
 
 
 def _maps(parts: Mapping[str, DepthPart], results: Results) -> dict[str, tuple[str, str]]:

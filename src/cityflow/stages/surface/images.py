@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.depth_reader import CheckedInputs, checked_points, within
+from cityflow.handover.depth_reader import CheckedInputs, checked_points
 from cityflow.handover.field_types import OrientedField
 from cityflow.handover.fused import FUSED, UNMATCHED, read_fused
 from cityflow.handover.layer_files import given_dtm, publish_rasters, store_layers
@@ -236,7 +235,7 @@ def _seen_enough(sights: Sights) -> SeenEnough:
 
 def _write_points(workspace: Workspace, tile: str, given: ImageSurfaceInputs, surface: ImageSurface) -> int:
     """The tile's own points with their classes, where there is a terrain; how many."""
-    core = checked_points(workspace.store, given.depths, partial(within, bounds=given.bounds))(given.bounds)
+    core = checked_points(workspace.store, given.depths, given.bounds)(given.bounds)
     row, col = surface.fine.grid.indices(core.xyz[:, 0], core.xyz[:, 1])
     core = core.take(np.isfinite(surface.fine.dtm[row, col]))
     data = write_image_points(core, classify_points(core, surface), crs=crs_of(resolve(given.crs)))
