@@ -26,7 +26,11 @@ class Scene:
 
 
 def scene(
-    seed: int, noise_px: float = 0.3, wrong: float = 0.02, cameras: tuple[Camera, Camera, Camera] = (CAMERA,) * 3
+    seed: int,
+    noise_px: float = 0.3,
+    wrong: float = 0.02,
+    cameras: tuple[Camera, Camera, Camera] = (CAMERA,) * 3,
+    mounted: bool = False,
 ) -> Scene:
     """24 images, level and tilted to both sides, 100 m over hills of 15 m.
 
@@ -34,6 +38,7 @@ def scene(
     ----------
     wrong : share of the observations that are off by tens of pixels
     cameras : of the level, the left and the right head
+    mounted : whether the three heads of a station are on one mount, 20 cm apart; else each image is where and as it likes
     """
     rng = np.random.default_rng(seed)
     images = []
@@ -42,7 +47,19 @@ def scene(
         omega = np.radians((0.0, 30.0, -30.0)[side]) + rng.normal(0, 0.01)
         rotation = from_omega_phi_kappa(omega, rng.normal(0, 0.01), rng.normal(0, 0.02))
         centre = np.array([5000.0 + 16.0 * (station % 4), 2000.0 + 25.0 * (station // 4) + (0, -55, 55)[side], 100.0])
-        images.append(OrientedImage(f"i{k:02d}", cameras[side], rotation, centre + rng.normal(0, 0.5, 3)))
+        image = OrientedImage(f"i{k:02d}", cameras[side], rotation, centre + rng.normal(0, 0.5, 3))
+        if mounted and side:
+            level = images[-side]
+            tilt = (
+                from_omega_phi_kappa(np.radians((0.0, 30.0, -30.0)[side]), 0.0, 0.0)
+                @ from_omega_phi_kappa(0.0, 0.0, 0.0).T
+            )
+            image = replace(
+                image,
+                rotation=tilt @ level.rotation,
+                centre=level.centre + level.rotation.T @ np.array([0.0, 0.2 * (3 - 2 * side), 0.05]),
+            )
+        images.append(image)
     xy = rng.uniform((4980, 1970), (5070, 2060), (450, 2))
     xyz = np.column_stack([xy, 15 * np.sin(xy[:, 0] / 9) * np.cos(xy[:, 1] / 12)])
     seen = []

@@ -10,10 +10,11 @@ import pytest
 
 from adjustment.scenes import CAMERA, PIXEL_M, Scene, disturbed, scene
 from adjustment.test_control import _points
-from cityflow.adjustment.block import Block
+from cityflow.adjustment.block import Block, vector_of
 from cityflow.adjustment.bundle import AdjustmentParameters, adjusted
 from cityflow.adjustment.georeferencing import Georeferenced, Positions, georeferenced
 from cityflow.core.camera import OrientedImage
+from cityflow.orientation.stations import stations
 
 
 @lru_cache(maxsize=1)
@@ -23,6 +24,17 @@ def _mapped(seed: int = 31) -> tuple[Scene, tuple[OrientedImage, ...]]:
     sheet = replace(CAMERA, fx=1507.5, fy=1507.5, cx=600.0, cy=450.0, distortion=())
     given = [replace(i, camera=sheet, head="only") for i in disturbed(truth.images, 0.3, 3.0, seed=seed)]
     origin = np.asarray(np.round(np.mean([i.centre for i in given], axis=0)), np.float64)
+    asked = AdjustmentParameters(calibrate=False, position_sigma_m=2.0, angle_sigma_deg=1.0)
+    block = adjusted(Block.of(given, origin), truth.ties, asked).block
+    return truth, tuple(block.image(k, i.name, origin) for k, i in enumerate(given))
+
+
+@lru_cache(maxsize=1)
+def _mounted() -> tuple[Scene, tuple[OrientedImage, ...]]:
+    """The scene with three heads on one mount at eight stations, and poses that are off by pixels."""
+    truth = scene(33, noise_px=0.6, mounted=True)
+    origin = np.round(np.mean([i.centre for i in truth.images], axis=0))
+    given = [replace(i, head=str(k % 3)) for k, i in enumerate(disturbed(truth.images, 0.3, 3.0, seed=33))]
     asked = AdjustmentParameters(calibrate=False, position_sigma_m=2.0, angle_sigma_deg=1.0)
     block = adjusted(Block.of(given, origin), truth.ties, asked).block
     return truth, tuple(block.image(k, i.name, origin) for k, i in enumerate(given))
@@ -94,3 +106,36 @@ def test_an_antenna_beside_the_camera_is_found_and_a_given_one_is_used() -> None
     given = georeferenced(bent, truth.ties, replace(gnss, arm=np.array(arm)), points).refinement.adjusted
     assert given.position_sigma_m == pytest.approx(0.02, rel=0.4)
     assert np.abs(given.shift).max() < 0.06
+
+
+def test_heads_that_fire_together_are_held_by_their_mount() -> None:
+    """Three heads on eight stations with one mount; stations that are none give no mount."""
+    truth, bent = _mounted()
+    gnss = _gnss(truth, 0.3, seed=6)
+    alone = georeferenced(bent, truth.ties, gnss)
+    held = georeferenced(bent, truth.ties, replace(gnss, stations=tuple(k // 3 for k in range(24))))
+    mixed = georeferenced(bent, truth.ties, replace(gnss, stations=tuple((k * 7 % 24) // 3 for k in range(24))))
+    assert alone.mounts is None
+    assert mixed.mounts is None
+    assert held.mounts is not None
+    assert held.mounts.sigmas[0] < 0.2 / CAMERA.fx
+    assert _beside(held, truth) < 0.5 * _beside(alone, truth)
+
+
+def _beside(found: Georeferenced, truth: Scene) -> float:
+    """Scatter over the stations of how far the left head's rotation from the level head's is off, radians."""
+    ours, theirs = (np.array([i.rotation for i in images]) for images in (found.refinement.images, truth.images))
+    turns = [r[1::3] @ np.swapaxes(r[0::3], 1, 2) for r in (ours, theirs)]
+    off = vector_of(turns[0] @ np.swapaxes(turns[1], 1, 2))
+    return float(np.std(off, axis=0).max())
+
+
+def test_stations_are_known_by_time_or_by_names() -> None:
+    heads = [k % 3 for k in range(12)]
+    taken = [f"2026:06:21 10:00:{k // 3:02d}" for k in range(12)]
+    groups = tuple(k // 3 for k in range(12))
+    assert stations([f"x{k}" for k in range(12)], heads, taken) == groups
+    assert stations([f"{'abc'[k % 3]}/{k // 3:03d}.jpg" for k in range(12)], heads, [""] * 12) == groups
+    assert stations([f"s{k // 3:03d}_h{k % 3}.jpg" for k in range(12)], heads, [""] * 12) == groups
+    assert stations([f"x{k:03d}" for k in range(12)], heads, [""] * 12) == (None,) * 12
+    assert stations([f"x{k}" for k in range(12)], [0] * 12, taken) == (None,) * 12

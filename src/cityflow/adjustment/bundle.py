@@ -128,7 +128,7 @@ def adjusted(
         block, ties = sound(given, ties, parameters)
     else:
         block = _with_places(held.start, control)
-    now = Unknowns(block, shift, exact.arms)
+    now = Unknowns(block, shift, exact.arms, exact.mounts)
     footprint = pixel_on_ground(block, joined(ties, control))
     focal = float(np.median([np.sqrt(c.fx * c.fy) for c in block.cameras]))
     known = parameters.position_sigma_m, parameters.angle_sigma_deg
@@ -178,7 +178,8 @@ def adjusted(
     interior_sigmas = np.sqrt(np.einsum("kii->ki", with_lens.interior_covariances()))
     arm_sigmas = np.zeros_like(now.arms)
     if exact.arms_open:
-        arm_sigmas = np.sqrt(np.diagonal(normal.last_covariance(now.arms.size))).reshape(-1, 3)
+        last = now.arms.size + (0 if now.mounts is None else now.mounts.unknowns)
+        arm_sigmas = np.sqrt(np.diagonal(normal.last_covariance(last))[: now.arms.size]).reshape(-1, 3)
     return Adjusted(
         replace(block, xyz=block.xyz[: ties.points]), ties, covariances, sigma_px, position, angle, calibrated,
         with_lens.step()[0][lens].reshape(-1, INTERIOR), interior_sigmas,

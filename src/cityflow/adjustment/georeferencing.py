@@ -18,6 +18,7 @@ from cityflow.adjustment.control_check import TO_CHECK, Doubt
 from cityflow.adjustment.control_residuals import ControlFigures, point_residuals
 from cityflow.adjustment.given_poses import LENS_SIGMA, Exactness
 from cityflow.adjustment.kept_out_ties import gained
+from cityflow.adjustment.mounts import Mounts, mounts_of
 from cityflow.adjustment.refinement import CELLS, FEW_TIES, KEPT_OUT, WEAK_PX, Refinement, in_pixels
 from cityflow.adjustment.tracks import Ties, spread
 from cityflow.adjustment.triangulation import triangulated
@@ -39,6 +40,8 @@ SURE_ARM, LEAST_ARM_M, FEW_ON_ARM = 5.0, 0.02, 8
 """An antenna's arm is an unknown where it is off by so many standard deviations and so far, for heads with so many positions."""
 RIDGE = 1e-3
 """Added to the normal equations of an arm: a thousandth of what one position adds."""
+LIKELY = 1.0
+"""Heads are held by their mount where ties that were kept out fit better by so many standard deviations: that a mount is firm is what one expects."""
 WORSE = 1.1
 """Tie points that were kept out may fit the adjusted block worse than the mapped one by this factor; beyond it contradicts the images."""
 FAR_OFF = 5.0
@@ -55,12 +58,14 @@ class Positions:
     sigmas_m : (N, 3) standard deviations as stated; NaN where they are not
     arm : (3,) metres from the projection centre to the antenna in the frame of the camera (x right in the picture, y down, z ahead); None: not given
     on_line : whether they lie on one line
+    stations : of the images, None where it is not known; images of one station were taken together by heads on one mount; empty: none is known
     """
 
     xyz: FloatArray
     sigmas_m: FloatArray
     arm: FloatArray | None = None
     on_line: bool = False
+    stations: tuple[int | None, ...] = ()
 
     @property
     def known(self) -> BoolArray:
@@ -79,6 +84,7 @@ class Georeferenced:
     held_focals : numbers of the block's cameras whose focal length the scene leaves open
     used : (N,) which images' positions were observations;  far : names of those that are far off
     xyz : (P, 3) all tie points, world metres;  lengths : (P,) images that show each;  errors_px : (P,) mean reprojection error of each
+    mounts : what holds heads of one station together; None: nothing does, or tie points that were kept out do not fit better with it
     """
 
     refinement: Refinement
@@ -89,6 +95,7 @@ class Georeferenced:
     xyz: FloatArray
     lengths: IntArray
     errors_px: FloatArray
+    mounts: Mounts | None
 
 
 def georeferenced(
@@ -129,8 +136,14 @@ def georeferenced(
     held = Held(holding, start, _first_shift(given, start, positions, holding))
     found, open_ones = _calibrated(given, used_ties, parameters, held, exact)
     if positions.arm is None and (arms := _arms(given, found, exact)) is not None:
-        other = _with_arms(given, found, parameters, held, replace(exact, arms=arms, arms_open=True), open_ones)
+        other = _again(given, found, parameters, held, _holding(replace(exact, arms=arms, arms_open=True), open_ones))
         found = other if _are_sure(other.arms, other.arm_sigmas).any() else found
+    if (mounts := mounts_of(found.block, found.covariances, positions.stations)) is not None:
+        other = replace(exact, arms=found.arms, arms_open=bool(found.arm_sigmas.any()), mounts=mounts)
+        together = _again(given, found, parameters, held, _holding(other, open_ones))
+        better = gained(found.block, together.block, kept_out)
+        mounts = mounts if better.after_px < better.before_px and better.score >= LIKELY else None
+        found = together if mounts is not None else found
     gain = gained(block, found.block, kept_out)
     taken = gain.after_px <= WORSE * gain.before_px
     doubts = [Doubt(n, why, "correct it") for n, why in sorted((wrong or {}).items()) if n in control.names]
@@ -149,7 +162,9 @@ def georeferenced(
     far = tuple(n for n, off in zip(names, normed.max(axis=1), strict=True) if off > FAR_OFF)
     every = triangulated(found.block if taken else block, ties)
     errors = np.bincount(ties.point, np.linalg.norm(residuals(every, ties)[0], axis=1)) / ties.lengths
-    return Georeferenced(refinement, taken, open_ones, positions.known, far, every.xyz + origin, ties.lengths, errors)
+    return Georeferenced(
+        refinement, taken, open_ones, positions.known, far, every.xyz + origin, ties.lengths, errors, mounts
+    )
 
 
 def _observed(
@@ -198,12 +213,10 @@ def _holding(exact: Exactness, cameras: Sequence[int]) -> Exactness:
     return replace(exact, lens=lens)
 
 
-def _with_arms(
-    given: Block, found: Adjusted, parameters: AdjustmentParameters, held: Held, exact: Exactness, open_ones: Sequence[int]
-) -> Adjusted:  # fmt: skip
-    """Again from where the block is, with unknown places of antennas."""
+def _again(given: Block, found: Adjusted, parameters: AdjustmentParameters, held: Held, exact: Exactness) -> Adjusted:
+    """Once more from where the block is."""
     start = Held(held.control, found.block, None if held.shift is None else found.shift)
-    return adjusted(given, found.ties, parameters, start, _holding(exact, open_ones))
+    return adjusted(given, found.ties, parameters, start, exact)
 
 
 def _arms(given: Block, found: Adjusted, exact: Exactness) -> FloatArray | None:

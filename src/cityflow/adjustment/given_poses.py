@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import coo_array, csr_array, vstack
 
 from cityflow.adjustment.block import INTERIOR, Block, interior_change, vector_of
 from cityflow.adjustment.control import Control, place_weights
+from cityflow.adjustment.mounts import Mounts
 from cityflow.adjustment.normal_equations import Prior
 from cityflow.core.arrays import FloatArray
 
@@ -31,6 +32,7 @@ class Exactness:
         positions are; zeros: they are projection centres
     arms_open : whether `arms` are unknowns, and only a start
     start_m : standard deviation of positions before it is known, metres; None: by what poses are mostly off
+    mounts : what holds heads of one station together, a start; None: nothing does
     """
 
     positions: FloatArray
@@ -39,6 +41,7 @@ class Exactness:
     arms: FloatArray
     arms_open: bool = False
     start_m: float | None = None
+    mounts: Mounts | None = None
 
     @staticmethod
     def alike(block: Block) -> Exactness:
@@ -51,23 +54,26 @@ class Exactness:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Unknowns:
-    """What an adjustment changes: the block, (3,) a common shift of given positions, metres, None: it is none, and (K, 3) `Exactness.arms`."""
+    """What an adjustment changes: the block, (3,) a common shift of given positions, metres, None: it is none, and (K, 3) arms and mounts of `Exactness`."""
 
     block: Block
     shift: FloatArray | None
     arms: FloatArray
+    mounts: Mounts | None = None
 
     def stepped(self, step: FloatArray, points: FloatArray, arms_open: bool) -> Unknowns:
-        """After (D,) a step of poses, cameras, shift and arms, and (P, 3) of points."""
+        """After (D,) a step of poses, cameras, shift, arms and mounts, and (P, 3) of points."""
         poses = 6 * len(self.block.centres)
-        arms, shift = self.arms, self.shift
+        arms, shift, mounts = self.arms, self.shift, self.mounts
+        if mounts is not None:
+            mounts, step = mounts.stepped(step[-mounts.unknowns :]), step[: -mounts.unknowns]
         if arms_open:
             arms, step = arms + step[-arms.size :].reshape(-1, 3), step[: -arms.size]
         if shift is not None:
             shift, step = shift + step[-3:], step[:-3]
         lens = step[poses:] if len(step) > poses else np.zeros(INTERIOR * len(self.block.cameras))
         block = self.block.moved(step[:poses].reshape(-1, 6), points, lens.reshape(-1, INTERIOR))
-        return Unknowns(block, shift, arms)
+        return Unknowns(block, shift, arms, mounts)
 
     def away(self, given: Block) -> FloatArray:
         """(N, 6) the poses less those given: rotation vectors in the camera frames, places of antennas without their common shift."""
@@ -109,17 +115,22 @@ def prior_of(
         off = np.where(np.isfinite(control.xyz), block.xyz[first:] - control.xyz, 0.0)
         points[first:], points_away[first:] = place_weights(off, control), off
     arms = now.arms if exact.arms_open else np.empty((0, 3))
+    held = np.empty((0, 6)) if now.mounts is None else now.mounts.away(block)
+    firm = np.empty(0) if now.mounts is None else now.mounts.weights(held).reshape(-1)
     return Prior(
         _rows(now, lens, exact.arms_open),
         np.concatenate(
-            [weights.reshape(-1), 1.0 / exact.lens[:lens].reshape(-1) ** 2, np.full(arms.size, ARM_SIGMA_M**-2)]
+            [
+                weights.reshape(-1), 1.0 / exact.lens[:lens].reshape(-1) ** 2, np.full(arms.size, ARM_SIGMA_M**-2), firm
+            ]
         ),
-        np.concatenate([away.reshape(-1), *change, (arms - exact.arms[: len(arms)]).reshape(-1)]), points, points_away,
+        np.concatenate([away.reshape(-1), *change, (arms - exact.arms[: len(arms)]).reshape(-1), held.reshape(-1)]),
+        points, points_away,
     )  # fmt: skip
 
 
 def _rows(now: Unknowns, lens: int, arms_open: bool) -> csr_array:
-    """How the observations change with the unknowns: each is one of these; positions lie off by the shift, and turn with the antenna's arm."""
+    """How the observations change with the unknowns: each is one of these; positions lie off by the shift, and turn with the antenna's arm; then mounts."""
     block, images = now.block, len(now.block.centres)
     own = 6 * images + INTERIOR * lens
     shifts, arms = 0 if now.shift is None else 3, now.arms.size if arms_open else 0
@@ -140,4 +151,9 @@ def _rows(now: Unknowns, lens: int, arms_open: bool) -> csr_array:
             entries.append((rows.reshape(-1), arm.reshape(-1), back.reshape(-1)))
             entries.append((own + np.arange(arms), own + shifts + np.arange(arms), np.ones(arms)))
     row, column, value = (np.concatenate(part) for part in zip(*entries, strict=True))
-    return csr_array(coo_array((value, (row, column)), shape=(own + arms, own + shifts + arms)))
+    before = own + shifts + arms
+    if now.mounts is None:
+        return csr_array(coo_array((value, (row, column)), shape=(own + arms, before)))
+    size = before + now.mounts.unknowns
+    alone = coo_array((value, (row, column)), shape=(own + arms, size))
+    return csr_array(vstack([alone, now.mounts.rows(block, before)]))

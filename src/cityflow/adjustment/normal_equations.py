@@ -26,7 +26,8 @@ class Prior:
     """What is known beside the images: O observations of the D unknowns, and of the P points' places.
 
     Unknowns are radians and metres of N poses, then 8 of each camera where cameras are calibrated, then 3 metres of the common shift of given positions
-    where there is one, then 3 metres of each antenna's arm where these are unknown.
+    where there is one, then 3 metres of each antenna's arm where these are unknown, then 6 of each
+    mount where heads are held together.
 
     Attributes
     ----------

@@ -109,7 +109,8 @@ def orient_photographs(
     kept = _sound(model)
     marked = _of_these(control, found, folder)
     put = place(images, model.xyz[kept], gnss, placing, marked)
-    known = Known(gnss, marked[0] if marked is not None else None, placing.arm)
+    taken = {f.name: f.metadata.taken for f in found.files}
+    known = Known(gnss, marked[0] if marked is not None else None, placing.arm, taken)
     cameras = {f.name: f.camera for f in found.files}
     put, adjustment = adjusted_model(put, cameras, known, record, store, scheduler, workers)
     if survey is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from cityflow.handover.known_points import known_points
 from cityflow.handover.refined_block import RefinedPose, decode_points, decode_poses
 from cityflow.io.catalog.stac_assets import ImageAsset
 from cityflow.io.tables.feature_ids import listing
+from cityflow.orientation.stations import stations
 from cityflow.reporting.adjustment_words import OF_AN_IMAGE
 from cityflow.reporting.orientation_words import control_lines
 from cityflow.stages.orient import ADJUST, BLOCK, BLOCK_FILE, FEATURES, POINTS_FILE
@@ -33,11 +34,19 @@ from cityflow.workflow.photo_placing import Placed
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """What is known beside the images: GNSS positions, control points whose marks name the images, the antenna's place in the frame of the camera."""
+    """What is known beside the images.
+
+    Attributes
+    ----------
+    gnss : positions;  control : points whose marks name the images
+    arm : the antenna's place in the frame of the camera
+    taken : by the images' names, time of exposure as files have it
+    """
 
     gnss: GnssPlaces | None
     control: ControlPoints | None
     arm: tuple[float, float, float] | None
+    taken: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,13 +93,14 @@ def adjusted_model(
         return put, None
     with Ledger.open(store) as ledger:
         features = {n: r for n in names if (r := ledger.latest(FEATURES, n)) is not None}
+        together = stations(names, [cameras[n] for n in names], [known.taken.get(n, "") for n in names])
         images = tuple(
             PlacedImage(
                 replace(i, head=str(cameras[i.name])), next(iter(features[i.name].outputs)),
                 _row(gnss.xyz[place[i.name]]) if gnss is not None and i.name in place else None,
-                _row(gnss.sigmas_m[place[i.name]]) if gnss is not None and i.name in place else None,
+                _row(gnss.sigmas_m[place[i.name]]) if gnss is not None and i.name in place else None, station,
             )
-            for i in put.images
+            for i, station in zip(put.images, together, strict=True)
         )  # fmt: skip
         models, digest = next(iter(mapping.outputs.items()))
         digests = (str(digest), *(digest_of(list(features[n].outputs.values())) for n in names))
@@ -161,6 +171,11 @@ def adjustment_lines(found: Adjustment) -> Iterator[str]:
     for arm in s["arms"]:
         exact = f" ± {_metres(arm['sigmas_m'])}" if any(arm["sigmas_m"]) else ""
         yield f"Antenna of camera {int(arm['head']) + 1}: {_metres(arm['arm_m'])}{exact} m from the projection centre (right, down, ahead in the picture)"
+    if s["mounts"] is not None:
+        yield (
+            f"{s['mounts']['heads']} heads that fire together are held by their mount, which gives way by {s['mounts']['angle_sigma_deg']:.4f}° and "
+            f"{s['mounts']['offset_sigma_m'] * 100:.1f} cm (estimated)"
+        )
     if "control" in s:
         lines = list(control_lines(s["control"]))
         # a shift of positions is told only where there are some

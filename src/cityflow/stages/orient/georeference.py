@@ -25,7 +25,7 @@ from cityflow.handover.refined_block import encode_refinement
 from cityflow.handover.tie_files import decode_features
 from cityflow.stages.orient import ADJUST, BLOCK, BLOCK_FILE, POINTS_FILE, WHOLE_BLOCK
 
-VERSION = 1
+VERSION = 2
 LEAST_VIEWS, MOST_ERROR_PX = 3, 2.0
 """Tie points that become the catalog's: so many images show them, with a mean reprojection error below this; set by hand."""
 Numbers = tuple[float, float, float]
@@ -38,12 +38,14 @@ class PlacedImage(TaskInputs):
     Attributes
     ----------
     features : RUN-relative path;  position, sigmas_m : by GNSS, metres
+    station : images of one station were taken together
     """
 
     image: OrientedField
     features: str
     position: Numbers | None
     sigmas_m: Numbers | None
+    station: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +71,7 @@ class GeoreferenceSource:
         """It waits for nothing: the mapping has ended."""
         asked = self.given
         images = [
-            [to_json(i.image), list(i.position or ()), list(i.sigmas_m or ()), d]
+            [to_json(i.image), list(i.position or ()), list(i.sigmas_m or ()), i.station, d]
             for i, d in zip(asked.images, self.digests[1:], strict=True)
         ]
         yield Task(
@@ -103,7 +105,7 @@ def run_georeference(workspace: Workspace, task: Task) -> Outcome:
     ties = of_tracks(tracks, [f.uv for f in features], [f.scale for f in features])
     positions = Positions(
         _rows([i.position for i in given.images]), _rows([i.sigmas_m for i in given.images]),
-        None if given.arm is None else np.array(given.arm), given.on_line,
+        None if given.arm is None else np.array(given.arm), given.on_line, tuple(i.station for i in given.images),
     )  # fmt: skip
     try:
         found = georeferenced(
@@ -135,6 +137,10 @@ def _figures(found: Georeferenced) -> dict[str, Json]:
         "positions": int(found.used.sum()), "positions_rms_m": rms, "positions_far": list(found.far),
         "positions_off_m": {
             n: [rounded(float(v), 4) for v in row] for n, row, u in zip(names, off, found.used, strict=True) if u
+        },
+        "mounts": None if found.mounts is None else {
+            "relations": len(found.mounts.mount), "heads": len(found.mounts.offsets) + 1,
+            "angle_sigma_deg": rounded(float(np.degrees(found.mounts.sigmas[0])), 5), "offset_sigma_m": rounded(found.mounts.sigmas[1], 4),
         },
         "arms": [
             {
