@@ -139,8 +139,8 @@ def georeferenced(
         other = _again(given, found, parameters, held, _holding(replace(exact, arms=arms, arms_open=True), open_ones))
         found = other if _are_sure(other.arms, other.arm_sigmas).any() else found
     if (mounts := mounts_of(found.block, found.covariances, positions.stations)) is not None:
-        other = replace(exact, arms=found.arms, arms_open=bool(found.arm_sigmas.any()), mounts=mounts)
-        together = _again(given, found, parameters, held, _holding(other, open_ones))
+        mounted = replace(exact, arms=found.arms, arms_open=bool(found.arm_sigmas.any()), mounts=mounts)
+        together = _again(given, found, parameters, held, _holding(mounted, open_ones))
         better = gained(found.block, together.block, kept_out)
         mounts = mounts if better.after_px < better.before_px and better.score >= LIKELY else None
         found = together if mounts is not None else found
