@@ -192,6 +192,7 @@ def test_photographs_with_gnss_and_bad_frames(oriented: Oriented) -> None:
     assert [len(c) for c in oriented.covariances] == [21] * 12
     assert oriented.report["left_out"]["i00b.jpg"] == "the same file as i00.jpg"
     assert "blurred, dark" in oriented.report["left_out"]["black"]
+    assert oriented.report["weak"] == []
     assert "12 of 14 images have a pose" in oriented.page
     assert f"{oriented.report['tie_points']:,} tie points" in oriented.page
     assert oriented.page.count("<circle") == 12
