@@ -10,7 +10,7 @@ import pytest
 from adjustment.scenes import CAMERA, PIXEL_M, disturbed, parallax_px, scene
 from cityflow.adjustment.block import interior_change, rotation_of, vector_of, with_interior
 from cityflow.adjustment.bundle import AdjustmentParameters
-from cityflow.adjustment.refinement import refined
+from cityflow.adjustment.refinement import refined, weak_images
 
 PLAIN = AdjustmentParameters()
 
@@ -46,6 +46,16 @@ def test_covariances_tell_the_errors_that_are_left() -> None:
     ratio = float(np.sqrt(np.mean((away / told) ** 2)))
     assert 0.5 < ratio < 2.0
     assert np.all(np.linalg.norm(away, axis=1) < 5 * PIXEL_M)
+
+
+def test_what_all_poses_share_makes_no_image_weak() -> None:
+    truth = scene(9)
+    found = refined(disturbed(truth.images, 1.0, 1.0, seed=6), truth.ties, PLAIN)
+    assert np.min(found.sigma_px) > 0.5
+    assert found.weak == ()
+    less = found.sigma_px.copy()
+    less[2] *= 5.0
+    assert weak_images([i.name for i in truth.images], found.observations, less) == ("i02",)
 
 
 def test_an_image_without_ties_keeps_its_pose_and_is_named() -> None:

@@ -19,7 +19,7 @@ from cityflow.adjustment.control_residuals import ControlFigures, point_residual
 from cityflow.adjustment.given_poses import LENS_SIGMA, Exactness
 from cityflow.adjustment.kept_out_ties import gained
 from cityflow.adjustment.mounts import Mounts, mounts_of
-from cityflow.adjustment.refinement import CELLS, FEW_TIES, KEPT_OUT, WEAK_PX, Refinement, in_pixels
+from cityflow.adjustment.refinement import CELLS, KEPT_OUT, Refinement, in_pixels, weak_images
 from cityflow.adjustment.tracks import Ties, spread
 from cityflow.adjustment.triangulation import triangulated
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
@@ -28,8 +28,6 @@ from cityflow.core.control_points import ControlPoint
 
 PLAIN_M, VERTICAL = 2.0, 1.5
 """Of a position whose standard deviations are not stated: what a plain receiver reaches in plan, and how much worse its heights are (a rule of thumb)."""
-STANDS_OUT = 2.0
-"""An image is weak where its pose is less certain than that of half of the images by this factor; set by hand."""
 FEW_POSITIONS = 10
 """Fewer do not tell how exact they are: what is stated holds; set by hand, as are those below."""
 OPEN_FOCAL = 0.005
@@ -155,9 +153,7 @@ def georeferenced(
         figures = ControlFigures(residual, found.shift, held.shift is not None)
     observations = np.bincount(found.ties.image, minlength=len(images))
     sigma = in_pixels(found)
-    # what positions leave open of place and turn of the whole is in all poses alike
-    unsure = max(WEAK_PX, STANDS_OUT * float(np.median(sigma)))
-    weak = tuple(n for n, o, s in zip(names, observations, sigma, strict=True) if o < FEW_TIES or s > unsure)
+    weak = weak_images(names, observations, sigma)
     poses = tuple(found.block.image(k, name, origin) for k, name in enumerate(names)) if taken else tuple(images)
     refinement = Refinement(
         tuple(images), poses, found.covariances, gain, found, origin, observations, sigma, weak, figures

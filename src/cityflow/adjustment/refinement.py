@@ -25,8 +25,8 @@ CELLS = 12
 """Of the grid in which the tie points of an image are spread, along its longer side."""
 FEW_TIES = 20
 """An image with fewer observations is weak."""
-WEAK_PX = 0.5
-"""And one whose pose stays less certain than this, in its pixels."""
+WEAK_PX, WEAKER = 0.5, 2.0
+"""And one whose pose stays less certain than this, in its pixels, and so many times less than most: what all share is the place of the block."""
 LEAST_TOLERANCE_PX = 5.0
 """Control points may lie off a block that they do not hold yet by this, and three standard deviations of its positions."""
 
@@ -100,7 +100,7 @@ def refined(
     gain = gained(given, found.block, kept_out)
     observations = np.bincount(found.ties.image, minlength=len(images))
     sigma = in_pixels(found)
-    weak = tuple(n for n, o, s in zip(names, observations, sigma, strict=True) if o < FEW_TIES or s > WEAK_PX)
+    weak = weak_images(names, observations, sigma)
     poses, covariances = tuple(images), found.covariances
     if gain.is_significant or found.held:
         poses = tuple(found.block.image(k, name, origin) for k, name in enumerate(names))
@@ -108,6 +108,17 @@ def refined(
         variances = np.repeat([found.angle_sigma_rad**2, found.position_sigma_m**2], 3)
         covariances = np.broadcast_to(np.diag(variances), covariances.shape)
     return Refinement(tuple(images), poses, covariances, gain, found, origin, observations, sigma, weak, figures)
+
+
+def weak_images(names: Sequence[str], observations: IntArray, sigma_px: FloatArray) -> tuple[str, ...]:
+    """Images that few observations hold, or whose poses are clearly less certain than most.
+
+    Parameters
+    ----------
+    observations, sigma_px : (N,) as in `Refinement`
+    """
+    own = (observations < FEW_TIES) | (sigma_px > max(WEAK_PX, WEAKER * float(np.median(sigma_px))))
+    return tuple(n for n, is_weak in zip(names, own, strict=True) if is_weak)
 
 
 def _tolerance_m(found: Adjusted) -> float:
