@@ -1,6 +1,6 @@
 """Fusion of image points, step by step: nanoseconds of the processor for a point, on a made scene of some boxes.
 
-    python benchmarks/fusion_speed.py        # of views from above alone, with a few slanting points, and with oblique views
+    python benchmarks/fusion_speed.py        # of views from above alone, with a few slanting points, with oblique views, and of a grid that is mostly empty
 
 The last column is a digest of the surface: the same before and after a change of the program that changes no result.
 """
@@ -69,11 +69,19 @@ def main() -> None:
     oblique = [view(f"oblique {k}", lean, rng) for k, lean in enumerate(OBLIQUE)]
     grid = Grid.covering((0.0, 0.0, SIZE_M, SIZE_M), CELL_M)
     corner = oblique[0].take(np.all(oblique[0].xyz[:, :2] < 5.0, axis=1))
-    for name, parts in (("above", above), ("a few slanting", [*above, corner]), ("oblique", [*above, *oblique])):
-        points = joined(parts, 0)
-        seconds, digest = timed(points, grid)
-        steps = ", ".join(f"{step} {s / len(points) * 1e9:.0f}" for step, s in seconds.items())
-        print(f"{name}: {len(points)} points, {grid.rows * grid.cols} cells, ns a point: {steps}; {digest}")
+    print_line("above", joined(above, 0), grid)
+    print_line("a few slanting", joined([*above, corner], 0), grid)
+    print_line("oblique", joined([*above, *oblique], 0), grid)
+    rng = np.random.default_rng(1)
+    one = joined([view("above", ABOVE[0], rng), view("oblique", OBLIQUE[0], rng)], 0)
+    wide = Grid.covering((-20.0, -20.0, 60.0, 60.0), CELL_M)
+    print_line("mostly empty", one.take(one.xyz[:, 0] < SIZE_M / 2), wide)
+
+
+def print_line(name: str, points: ImagePoints, grid: Grid) -> None:
+    seconds, digest = timed(points, grid)
+    steps = ", ".join(f"{step} {s / len(points) * 1e9:.0f}" for step, s in seconds.items())
+    print(f"{name}: {len(points)} points, {grid.rows * grid.cols} cells, ns a point: {steps}; {digest}")
 
 
 if __name__ == "__main__":

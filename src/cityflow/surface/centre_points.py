@@ -35,6 +35,17 @@ def empty_buffer() -> Buffer:
 
 
 @njit(cache=True, nogil=True)
+def any_around(r: int, c: int, cells: CellPoints, radius: float) -> bool:
+    """Whether cells hold any point that `gather` could find."""
+    reach = int(np.ceil(radius - 0.5))
+    low, high = max(c - reach, 0), min(c + reach + 1, cells.shape[1])
+    for i in range(max(r - reach, 0), min(r + reach + 1, cells.shape[0])):
+        if cells.start[i * cells.shape[1] + low] < cells.start[i * cells.shape[1] + high]:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
 def gather(r: int, c: int, cells: CellPoints, radius: float, buffer: Buffer) -> int:
     """Points within `radius` of a centre into `buffer` (row, height, weight); their number."""
     shape, start, u, v, z, quality, trust = (

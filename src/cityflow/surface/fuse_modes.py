@@ -11,7 +11,7 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from cityflow.core.kernels import njit
-from cityflow.surface.centre_points import Buffer, apart_from, empty_buffer, gather, sort_by_height
+from cityflow.surface.centre_points import Buffer, any_around, apart_from, empty_buffer, gather, sort_by_height
 from cityflow.surface.fuse_cells import CellPoints
 
 
@@ -96,6 +96,9 @@ def _all_modes(cells: CellPoints, asked: BoolArray, refused: FloatArray, rule: M
     for r in range(cells.shape[0]):
         for c in range(cells.shape[1]):
             if not asked[r, c]:
+                continue
+            if not any_around(r, c, cells, rule.wide_radius):
+                found.sigma[r, c] = np.nan
                 continue
             for radius in (rule.radius, rule.wide_radius):
                 n = gather(r, c, cells, radius, buffer)

@@ -70,7 +70,11 @@ def _fit(
     widest = (radius + 0.5) * (radius + 0.5)
     for r in range(z.shape[0]):
         for first in range(0, z.shape[1], RUN):
-            low, high = _asked_part(asked[r], first, min(first + RUN, z.shape[1]))
+            last = min(first + RUN, z.shape[1])
+            for c in range(first, last):
+                if asked[r, c]:
+                    out[r, c] = np.nan
+            low, high = _asked_part(asked[r], z[r], first, last)
             if low < high:
                 _gather((r, low, high), z, u, v, support, around)
                 # whole vectors: what stands beyond the run is empty
@@ -82,11 +86,11 @@ def _fit(
 
 
 @njit(cache=True, nogil=True)
-def _asked_part(asked: BoolArray, low: int, high: int) -> tuple[int, int]:
-    """The part of a row from the first cell that is asked to the last."""
-    while low < high and not asked[low]:
+def _asked_part(asked: BoolArray, z: FloatArray, low: int, high: int) -> tuple[int, int]:
+    """The part of a row from the first cell with a mode that is asked to the last."""
+    while low < high and (not asked[low] or np.isnan(z[low])):
         low += 1
-    while low < high and not asked[high - 1]:
+    while low < high and (not asked[high - 1] or np.isnan(z[high - 1])):
         high -= 1
     return low, high
 
