@@ -41,7 +41,7 @@ def scene(
     mounted : whether the three heads of a station are on one mount, 20 cm apart; else each image is where and as it likes
     """
     rng = np.random.default_rng(seed)
-    images = []
+    images: list[OrientedImage] = []
     for k in range(24):
         station, side = divmod(k, 3)
         omega = np.radians((0.0, 30.0, -30.0)[side]) + rng.normal(0, 0.01)

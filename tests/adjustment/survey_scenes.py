@@ -14,7 +14,8 @@ PLACE = np.array([85000.0, 447000.0, 12.0])
 
 def houses(seed: int, count: int = 14) -> np.ndarray:
     """(N, 6) middle x and y, half length, half width, direction, height of the eaves; they do not touch."""
-    rng, found = np.random.default_rng(seed), []
+    rng = np.random.default_rng(seed)
+    found: list[tuple[float, ...]] = []
     while len(found) < count:
         x, y = rng.uniform(10, EXTENT[0] - 10), rng.uniform(10, EXTENT[1] - 10)
         if all(np.hypot(x - h[0], y - h[1]) > 19 for h in found):
@@ -64,7 +65,7 @@ def measured(town: np.ndarray, seed: int, count: int, noise_m: float, walls: flo
     xyz += rng.normal(0, noise_m, xyz.shape)
     off = rng.random(len(xyz)) < wrong
     xyz[off] += rng.normal(0, 3, (int(off.sum()), 3))
-    return xyz + PLACE
+    return np.asarray(xyz + PLACE)
 
 
 def moved_away(

@@ -33,7 +33,7 @@ def _mapped(seed: int = 31) -> tuple[Scene, tuple[OrientedImage, ...]]:
 def _mounted() -> tuple[Scene, tuple[OrientedImage, ...]]:
     """The scene with three heads on one mount at eight stations, and poses that are off by pixels."""
     truth = scene(33, noise_px=0.6, mounted=True)
-    origin = np.round(np.mean([i.centre for i in truth.images], axis=0))
+    origin = np.asarray(np.round(np.mean([i.centre for i in truth.images], axis=0)), np.float64)
     given = [replace(i, head=str(k % 3)) for k, i in enumerate(disturbed(truth.images, 0.3, 3.0, seed=33))]
     asked = AdjustmentParameters(calibrate=False, position_sigma_m=2.0, angle_sigma_deg=1.0)
     block = adjusted(Block.of(given, origin), truth.ties, asked).block

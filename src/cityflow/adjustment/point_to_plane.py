@@ -219,7 +219,7 @@ def _judged(
     weight, sigma = _weights(distance, gate[kept]), max(_spread(distance), 1e-6)
     design = design[:, free]
     normal = (design * weight[:, None]).T @ design
-    inverse = np.linalg.inv(normal + 1e-12 * float(np.trace(normal)) * np.eye(len(free)))
+    inverse = np.asarray(np.linalg.inv(normal + 1e-12 * float(np.trace(normal)) * np.eye(len(free))), np.float64)
     classic = inverse * (gate[kept].min() / OUTLYING) ** 2
     robust = _scatter(moved[kept], design * (weight * distance)[:, None], inverse)
     ratio = np.sqrt(np.maximum(np.diag(classic) / np.maximum(np.diag(robust), 1e-300), 1.0))
@@ -236,7 +236,7 @@ def _judged(
 
 def _scatter(moved: FloatArray, slopes: FloatArray, inverse: FloatArray) -> FloatArray:
     """(F, F) covariance by the scatter of sums over squares: residuals of one roof are not independent (Liang and Zeger 1986)."""
-    found = []
+    found: list[FloatArray] = []
     for size in CLUSTERS_M:
         square = np.unique(np.floor(moved[:, :2] / size), axis=0, return_inverse=True)[1].reshape(-1)
         sums = _summed(slopes, square)
