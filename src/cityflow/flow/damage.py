@@ -1,4 +1,4 @@
-"""Compares files that a task reads with what was written: sizes always, contents where they are in memory anyway."""
+"""Compares files that a task reads with what was written: sizes always, contents where all of them are read anyway."""
 
 from __future__ import annotations
 
@@ -65,11 +65,15 @@ class Expected:
         if sha256_of(data) != written[1]:
             self._refuse(path, "has changed since it was written")
 
-    def check_file(self, path: str, file: Path | str) -> None:
-        """The size alone. Raises DamagedFileError."""
+    def check_file(self, path: str, file: Path | str, *, contents: bool) -> None:
+        """The size, and the contents if asked for. Raises DamagedFileError."""
         written = self.written.get(path)
-        if written is not None and (size := Path(file).stat().st_size) != written[0]:
+        if written is None:
+            return
+        if (size := Path(file).stat().st_size) != written[0]:
             self._refuse(path, f"has {size} bytes, {written[0]} were written")
+        if contents and sha256_of_file(file) != written[1]:
+            self._refuse(path, "has changed since it was written")
 
     def check_once(self, path: str, file: str) -> None:
         """Size and contents of a local file that others read, once a process as long as it stays as it is. Raises DamagedFileError."""

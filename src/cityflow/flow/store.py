@@ -138,13 +138,18 @@ class Store:
         self.folder.remove_files([_checked(path) for path in paths])
 
     @contextmanager
-    def local_copy(self, path: str) -> Iterator[Path]:
-        """A local file with the contents of `path`: itself when local, else a download that ends with the block. Raises as `read_bytes`."""
+    def local_copy(self, path: str, *, whole: bool = False) -> Iterator[Path]:
+        """A local file with the contents of `path`: itself when local, else a download that ends with the block.
+
+        Parameters
+        ----------
+        whole : the reader reads all of it, so its contents are held against what was written, not its size alone. Raises as `read_bytes`
+        """
         with ExitStack() as stack:
             with self._expecting([path]):
                 file = stack.enter_context(self.folder.local_copy(_checked(path)))
             if self.expected is not None:
-                self.expected.check_file(path, file)
+                self.expected.check_file(path, file, contents=whole)
             yield file
 
     def zarr_store(self, path: str) -> object:

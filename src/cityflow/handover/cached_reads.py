@@ -52,5 +52,5 @@ def read_text(store: Store, path: str) -> bytes:
 
 @lru_cache(maxsize=PIECES_KEPT)
 def _piece(store: Store, path: str) -> PointCloud:
-    with store.local_copy(path) as local:
+    with store.local_copy(path, whole=True) as local:
         return las.read_points(local)
