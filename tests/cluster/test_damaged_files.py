@@ -53,7 +53,9 @@ def test_verify_finds_single_bits(cityflow: Commands, small_city: SmallCity, sma
         flip(path)
     every = {(stage, unit) for stage, unit, _ in harmed}
     first = redone(copied_run, lambda: cityflow.run(small_city, copied_run))
-    assert {(stage, unit) for stage, unit in every if stage in ("export", "reconstruct")} <= first, "the report reads them"
+    assert {(stage, unit) for stage, unit in every if stage in ("export", "reconstruct")} <= first, (
+        "the report reads them"
+    )
     assert first <= every, "and what is made again for it reads others"
     assert redone(copied_run, lambda: cityflow.run(small_city, copied_run, "--verify")) == every - first
     assert contents(copied_run) == contents(small_run)
