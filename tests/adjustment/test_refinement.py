@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from adjustment.scenes import CAMERA, PIXEL_M, disturbed, parallax_px, scene
-from cityflow.adjustment.block import interior_change, rotation_of, vector_of, with_interior
+from cityflow.adjustment.block import Block, interior_change, rotation_of, vector_of, with_interior
 from cityflow.adjustment.bundle import AdjustmentParameters
 from cityflow.adjustment.refinement import refined, weak_images
+from cityflow.adjustment.triangulation import triangulated
 
 PLAIN = AdjustmentParameters()
 
@@ -89,6 +90,22 @@ def test_a_focal_length_that_is_off_is_found_where_cameras_are_calibrated() -> N
     assert camera.fx == pytest.approx(1500.0, rel=4e-4)
     assert camera.cx == pytest.approx(610.0, abs=0.8)
     assert parallax_px(found.images, truth) < 0.1
+
+
+def test_the_ground_stays_where_it_was_given_though_a_camera_is_calibrated() -> None:
+    """All images head the same way, so a principal point that is off by 12 px moves all ground that the given poses show by 12 px: outlines lie there."""
+    truth = scene(10)
+    given = [
+        replace(i, camera=replace(CAMERA, cx=CAMERA.cx + 12.0)) for i in disturbed(truth.images, 0.02, 0.4, seed=7)
+    ]
+    found = refined(given, truth.ties, AdjustmentParameters(calibrate=True))
+    block = Block.of(given, found.origin)
+    ground = triangulated(block, found.adjusted.ties).xyz + found.origin
+    assert np.abs(np.median(found.xyz - ground, axis=0))[:2].max() < 1e-9
+    stated = refined(given, truth.ties, AdjustmentParameters(calibrate=True, position_sigma_m=0.02))
+    moved = np.mean([i.centre - g.centre for i, g in zip(stated.images, given, strict=True)], axis=0)
+    assert np.linalg.norm(moved) < 0.02, "stated positions hold the block instead"
+    assert parallax_px(found.images, truth) == pytest.approx(parallax_px(stated.images, truth), abs=0.1)
 
 
 def test_a_lens_that_the_ties_do_not_show_stays_as_it_was_given() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from cityflow.adjustment.control_check import TO_CHECK, Agreement, agreement, pl
 from cityflow.adjustment.control_residuals import ControlFigures, point_residuals
 from cityflow.adjustment.kept_out_ties import Gain, gained
 from cityflow.adjustment.tracks import Ties, spread
+from cityflow.adjustment.triangulation import triangulated
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.control_points import ControlPoint
@@ -97,6 +98,8 @@ def refined(
         found, shift_known = _held(given, found, kept_out, parameters, control, agreed)
         residual = point_residuals(control, agreed.good, found.block, agreed.doubts, names)
         figures = ControlFigures(residual, found.shift, shift_known)
+    elif found.calibrated and parameters.position_sigma_m is None:
+        found = replace(found, block=on_given_ground(found.block, found.ties, given))
     gain = gained(given, found.block, kept_out)
     observations = np.bincount(found.ties.image, minlength=len(images))
     sigma = in_pixels(found)
@@ -108,6 +111,18 @@ def refined(
         variances = np.repeat([found.angle_sigma_rad**2, found.position_sigma_m**2], 3)
         covariances = np.broadcast_to(np.diag(variances), covariances.shape)
     return Refinement(tuple(images), poses, covariances, gain, found, origin, observations, sigma, weak, figures)
+
+
+def on_given_ground(adjusted: Block, ties: Ties, given: Block) -> Block:
+    """The adjusted block, shifted in plan as a whole so that its tie points lie where the given poses have them, in the median of each axis.
+
+    Images alone hardly tell a principal point from a common shift of cameras against ground. Outlines and control points that the given poses were
+    adjusted to belong to the ground. A shift below a pixel on the ground stays: no outline shows it.
+    """
+    shift = np.median(triangulated(given, ties).xyz - adjusted.xyz, axis=0) * [1.0, 1.0, 0.0]
+    if np.linalg.norm(shift) < pixel_on_ground(adjusted, ties):
+        return adjusted
+    return replace(adjusted, centres=adjusted.centres + shift, xyz=adjusted.xyz + shift)
 
 
 def weak_images(names: Sequence[str], observations: IntArray, sigma_px: FloatArray) -> tuple[str, ...]:
