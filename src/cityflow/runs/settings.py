@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, get_args, get_origin
+from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, Field, ValidationError
 
@@ -13,6 +13,8 @@ from cityflow.errors import WorkflowError
 from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.runs.known_keys import AT_TOP, unknown_key
 from cityflow.runs.setting_text import listed, read_tree, split_setting
+
+Model = TypeVar("Model", bound=BaseModel)
 
 PLAIN = {
     "tuple_type": "needs several values, as [a, b] or a,b",
@@ -111,6 +113,17 @@ def parse_setting(text: str, root: type[BaseModel] = CityParameters) -> dict[str
     for part in reversed(path):
         node = {part: node}
     return dict(node)
+
+
+def parameters_from(settings: Sequence[str], model: type[Model], remedy: str) -> Model:
+    """A model of parameters from ``--set`` alone. Raises WorkflowError, with this remedy, where a key is unknown or a value does not fit."""
+    tree: dict[str, Any] = {}
+    for setting in settings:
+        tree = merged(tree, parse_setting(setting, model))
+    try:
+        return model.model_validate(tree)
+    except ValidationError as error:
+        raise WorkflowError(explain_invalid(error, model), where="--set", remedy=remedy) from None
 
 
 def takes_several(annotation: Any) -> bool:

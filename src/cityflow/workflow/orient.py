@@ -8,17 +8,14 @@ from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from pydantic import ValidationError
 from rich.console import Console
 
 from cityflow.adjustment.control import LEAST_MARKS
 from cityflow.catalog.write_folder import refuse_foreign_folder
 from cityflow.core.building import Status
 from cityflow.core.control_points import ControlPoints
-from cityflow.core.parameters import merged
-from cityflow.errors import CatalogError, RunError, WorkflowError
+from cityflow.errors import CatalogError, RunError
 from cityflow.flow.cluster import connect, threads_of
 from cityflow.flow.executor import run_tasks
 from cityflow.flow.ledger import Ledger
@@ -37,7 +34,7 @@ from cityflow.orientation.sights import looks_level
 from cityflow.reporting.adjustment_words import described
 from cityflow.runs.first_look import DESCRIPTION, ORIENTATION
 from cityflow.runs.orientation_asked import note_expected
-from cityflow.runs.settings import explain_invalid, parse_setting
+from cityflow.runs.settings import parameters_from
 from cityflow.stages.orient import ADJUST, FEATURES, TIES, OrientSource
 from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS
 from cityflow.stages.orient.register import REGISTER
@@ -52,14 +49,7 @@ FEWEST = 3
 
 def orient_parameters(settings: Sequence[str]) -> OntoParameters:
     """The parameters from ``--set``. Raises WorkflowError where a key is unknown or a value does not fit."""
-    tree: dict[str, Any] = {}
-    for setting in settings:
-        tree = merged(tree, parse_setting(setting, OntoParameters))
-    try:
-        return OntoParameters.model_validate(tree)
-    except ValidationError as error:
-        problem = explain_invalid(error, OntoParameters)
-        raise WorkflowError(problem, where="--set", remedy="docs/orient.md lists the keys") from None
+    return parameters_from(settings, OntoParameters, "docs/orient.md lists the keys")
 
 
 def orient_catalog(

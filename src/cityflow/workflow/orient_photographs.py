@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 from rich.console import Console
 
 from cityflow.adjustment.mapping import MappedModel
@@ -20,9 +19,8 @@ from cityflow.catalog.write_folder import refuse_foreign_folder, store_catalog
 from cityflow.core.building import Status
 from cityflow.core.control_points import ControlPoints
 from cityflow.core.json_values import rounded
-from cityflow.core.parameters import merged
 from cityflow.core.reference import Reference
-from cityflow.errors import CatalogError, RunError, WorkflowError
+from cityflow.errors import CatalogError, RunError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
@@ -33,7 +31,7 @@ from cityflow.io.orientation.colmap import write_colmap
 from cityflow.io.tables.feature_ids import listing
 from cityflow.reporting.orientation_doubts import orientation_figures
 from cityflow.reporting.orientation_report import Oriented, tie_points, write_orientation_report
-from cityflow.runs.settings import explain_invalid, parse_setting
+from cityflow.runs.settings import parameters_from
 from cityflow.stages.orient import BLOCK, FEATURES
 from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS, Photo, PhotoCamera, PhotoParameters, PhotoSource
 from cityflow.viewer.orientation_rows import TiePoints
@@ -55,14 +53,7 @@ ODD_FOCAL = 0.03
 
 def photo_parameters(settings: Sequence[str]) -> PhotoParameters:
     """The parameters from ``--set``. Raises WorkflowError where a key is unknown or a value does not fit."""
-    tree: dict[str, Any] = {}
-    for setting in settings:
-        tree = merged(tree, parse_setting(setting, PhotoParameters))
-    try:
-        return PhotoParameters.model_validate(tree)
-    except ValidationError as error:
-        problem = explain_invalid(error, PhotoParameters)
-        raise WorkflowError(problem, where="--set", remedy="docs/orient.md lists the keys") from None
+    return parameters_from(settings, PhotoParameters, "docs/orient.md lists the keys")
 
 
 def orient_photographs(
