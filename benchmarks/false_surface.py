@@ -4,6 +4,8 @@
 
 Judged are cells of ground and roof more than two cells from a height step. Holes count as misses. Points are held against the truth at their own
 place: a point on a façade or in a crown is right wherever it lies between the ground and what stands within a metre of it.
+All that is delivered, trees and the rim of the survey with it, is judged in the same way: cells and points above all that is true within a metre, in the
+core and `AROUND_M` around it, once without the points that are classified as noise.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from cityflow.core.arrays import Float32Array, FloatArray
-from cityflow.core.grid import Bounds
+from cityflow.core.grid import Bounds, grown
 from cityflow.stages.synth.synthetic_survey import town_of
 from cityflow.synthetic.town_truth import TruthRasters, judged_cells
 from town_figures import GROUND, Judge, read_points, read_surface
@@ -25,6 +27,7 @@ from town_images import parameters_cell, parameters_of
 
 HIGH_M, TOWER_M, PIT_M = 1.0, 10.0, 3.0
 BESIDE_M = 1.0
+AROUND_M = 60.0
 ASKED = {"ground_high": "≤ 0.0005", "complete": "≥ 0.999", "points_high": "≤ 0.0005"}
 
 
@@ -73,11 +76,28 @@ def judge_of(survey: Path, cell_m: float, bounds: Bounds | None = None) -> Judge
     return Judge(town_of(p.seed, p.whole_town), bounds or p.area, cell_m, ())
 
 
+def delivered_shares(survey: Path, run: Path) -> dict[str, float]:
+    """Shares of all cells and points of the run, far beyond the core, that stand above everything true within `BESIDE_M`."""
+    cell = parameters_cell(run)
+    judge = judge_of(survey, cell, grown(parameters_of(survey).area, AROUND_M))
+    edge = 2 * round(BESIDE_M / cell) + 1
+    found = np.asarray(read_surface(run, judge.bounds).dsm, np.float64)
+    above = (found - maximum_filter(judge.truth.dsm, edge))[np.isfinite(found)]
+    every = point_shares(read_points(run, judge.bounds), judge.truth)
+    kept = point_shares(read_points(run, judge.bounds, with_noise=False), judge.truth)
+    return {
+        "all_high": float((above > HIGH_M).mean()), "all_tower": float((above > TOWER_M).mean()),
+        "all_points_high": every.high, "all_points_tower": every.tower,
+        "no_noise_high": kept.high, "no_noise_tower": kept.tower, "noise": 1 - kept.points / every.points,
+    }  # fmt: skip
+
+
 def figures_of(survey: Path, run: Path) -> dict[str, float]:
     judge = judge_of(survey, parameters_cell(run))
     shares = surface_shares(read_surface(run, judge.bounds).dsm, judge.truth)
     points = point_shares(read_points(run, judge.bounds), judge.truth)
-    return shares | {f"points_{k}": float(getattr(points, k)) for k in ("high", "tower", "pit")}
+    of_points = {f"points_{k}": float(getattr(points, k)) for k in ("high", "tower", "pit")}
+    return shares | of_points | delivered_shares(survey, run)
 
 
 def main() -> None:

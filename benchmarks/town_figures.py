@@ -18,7 +18,7 @@ import shapely
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds, Grid
-from cityflow.core.points import HIGH_VEGETATION, LOW_VEGETATION, MEDIUM_VEGETATION
+from cityflow.core.points import HIGH_VEGETATION, LOW_VEGETATION, MEDIUM_VEGETATION, NOISE
 from cityflow.evaluation.dsm import DsmFigures, dsm_figures
 from cityflow.evaluation.facade_coverage import FacadeFigures, WallSamples, facade_figures, wall_samples
 from cityflow.evaluation.statistics import nmad, rmse
@@ -159,12 +159,15 @@ def other_surface_figures(found: Float32Array, judge: Judge) -> DsmFigures:
     return dsm_figures(found, judge.truth.dsm, np.isin(part, (*GROUND, Part.ROOF)), part == Part.ROOF, judge.cell_m)
 
 
-def read_points(run: Path, bounds: Bounds) -> FloatArray:
+def read_points(run: Path, bounds: Bounds, with_noise: bool = True) -> FloatArray:
     """(N, 3) points of the run's cloud in the area and half a metre around."""
     x_min, y_min, x_max, y_max = bounds[0] - 0.5, bounds[1] - 0.5, bounds[2] + 0.5, bounds[3] + 0.5
     parts = [np.empty((0, 3))]
     for path in sorted((run / "products" / "points").glob("*.laz")):
-        xyz = np.asarray(laspy.read(path).xyz)
+        cloud = laspy.read(path)
+        xyz = np.asarray(cloud.xyz)
+        if not with_noise:
+            xyz = xyz[~np.isin(cloud.classification, NOISE)]
         inside = (xyz[:, 0] >= x_min) & (xyz[:, 0] < x_max) & (xyz[:, 1] >= y_min) & (xyz[:, 1] < y_max)
         parts.append(xyz[inside])
     return np.concatenate(parts)

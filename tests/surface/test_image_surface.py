@@ -14,7 +14,7 @@ from cityflow.surface.fused_tile import fused_tile
 from cityflow.surface.image_rasters import ImageSurface
 from cityflow.surface.image_surface import ImageSurfaceParameters, image_surface, surface_of_fused
 from cityflow.surface.overview import median_of_filled, overview_factor, reduced_median, refined, refined_classes
-from cityflow.surface.point_classes import classify_points
+from cityflow.surface.point_classes import classify_points, is_floating
 from image_point_scenes import SIZE, flight, truth
 
 CELL, FACTOR = 0.2, 2
@@ -74,6 +74,38 @@ def test_classes_of_points() -> None:
     wall = beside & (cloud.xyz[:, 2] > 1.5) & (cloud.xyz[:, 2] < 6)
     assert wall.sum() > 100
     assert (classes[wall] == 6).mean() > 0.95
+
+
+def box_of_points(x: float, y: float, z: float, size: tuple[float, float, float], count: int = 300) -> FloatArray:
+    """(count, 3) places in a box that begins at x, y, z."""
+    return np.random.default_rng(3).uniform((x, y, z), (x + size[0], y + size[1], z + size[2]), (count, 3))
+
+
+@pytest.mark.parametrize("cell", [0.1, 0.37])
+def test_only_clusters_that_float_are_noise(cell: float) -> None:
+    grid = Grid(-20.0, 40.0, cell, int(40 / cell), int(60 / cell))
+    dsm = np.full(grid.shape, 5.0, np.float32)
+    x, y = grid.centres()
+    dsm[np.hypot(x - 20, y - 20) < 2] = 12.0  # the surface knows a part of the crown only
+    ground = box_of_points(-20, 1, 4.9, (60, 38, 0.2), 20_000)
+    patch = box_of_points(0, 10, 30, (1.5, 0.7, 0.1))
+    mast = box_of_points(10, 10, 5, (0.2, 0.2, 25))
+    crown = box_of_points(16, 16, 10, (8, 8, 3), 5_000)
+    at_edge = box_of_points(-20, 30, 20, (1.5, 0.7, 0.1))
+    clouds = ground, patch, mast, crown, at_edge
+    floats = is_floating(np.concatenate(clouds), dsm, grid)
+    shares = [part.mean() for part in np.split(floats, np.cumsum([len(c) for c in clouds])[:-1])]
+    assert shares == [0, 1, 0, 0, 0]
+    unknown = np.full(grid.shape, np.nan, np.float32)
+    assert not is_floating(patch, unknown, grid).any()
+    assert is_floating(np.empty((0, 3)), dsm, grid).shape == (0,)
+
+
+def test_a_floating_patch_is_high_noise() -> None:
+    cloud = points()
+    lifted = cloud.take(np.hypot(cloud.xyz[:, 0] - 15, cloud.xyz[:, 1] - 15) < 1)
+    lifted.xyz[:, 2] += 40
+    assert set(classify_points(lifted, surface())) == {18}
 
 
 def test_thinned_points_are_few_on_the_surface_and_classified() -> None:

@@ -14,6 +14,7 @@ UNCLASSIFIED, GROUND, BUILDING, LOW_NOISE, WATER = 1, 2, 6, 7, 9
 """Classes of LAS 1.4 (ASPRS), as are those below."""
 LOW_VEGETATION, MEDIUM_VEGETATION, HIGH_VEGETATION = 3, 4, 5
 BRIDGE, HIGH_NOISE, CIVIL_STRUCTURE = 17, 18, 26
+NOISE = (LOW_NOISE, HIGH_NOISE)
 """ASPRS LAS 1.4 classes; 26 is AHN's class of bridges and other civil structures."""
 
 

@@ -216,10 +216,11 @@ MISSING = {
 
 def _notes_of(points: Sequence[Mapping[str, Json]], cuts: int, failed: int) -> dict[str, str]:
     """What stands at the foot of the page when a layer is switched on."""
-    shown, whole = (sum(p[key] for p in points) for key in ("count", "of"))
+    shown, whole, noise = (sum(p[key] for p in points) for key in ("count", "of", "noise"))
+    left_out = f" {noise:,} that are noise are left out." if noise else ""
     thin = f"{shown:,} of {whole:,} points, chosen at random" if shown < whole else f"All {whole:,} points"
     return {
-        "points": f"{thin}.", "dsm": "The surface as it was measured, small gaps filled, lit from the north-west.",
+        "points": f"{thin}.{left_out}", "dsm": "The surface as it was measured, small gaps filled, lit from the north-west.",
         "cuts": f"{cuts:,} cut lines and candidates: blue were taken, orange not. Click one to see its evidence.",
         "failures": f"{failed:,} outlines without a model of their own. Click one for the reason.",
     }  # fmt: skip

@@ -15,6 +15,7 @@ import shapely
 from cityflow.core.arrays import ByteArray, FloatArray
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid, Tile, tile_at
+from cityflow.core.points import NOISE
 from cityflow.core.splitting import CutLine, Splitting
 from cityflow.errors import CatalogError
 from cityflow.flow.store import Store
@@ -37,7 +38,7 @@ MOST_RELIEF_CELLS = 200
 """Along the edge of a tile."""
 MOST_CELLS = 8_000_000
 """Of the whole city. In a larger one every tile has fewer of them."""
-POINTS_VERSION, RELIEF_VERSION = 2, 1
+POINTS_VERSION, RELIEF_VERSION = 3, 1
 CUT_FIGURES = ("vertical", "sloped", "height_step_m", "gap_m", "confidence")
 CUT_FIELDS = ("outline", "kind", "accepted", "from", "to", *CUT_FIGURES)
 ABOVE_ROOF_M, FAILED_HEIGHT_M, BESIDE_M = 0.3, 6.0, 0.1
@@ -85,23 +86,24 @@ def _most_points(tiles: int) -> int:
 
 
 def points_of(store: Store, source: TileSource, tiles: int, frame: PageFrame) -> tuple[bytes | None, Json]:
-    """A tile's points as the page reads them, thinned out where they are many, and what is said of them.
+    """A tile's points as the page reads them, without noise, thinned out where they are many, and what is said of them.
 
     A tile whose files somebody has damaged or removed since has none: the page does without them.
     """
     try:
         clouds = [_cloud(data, path) for path, data in store.read_many(source.paths)]
     except (OSError, CatalogError):
-        return None, {"count": 0, "of": 0}
-    xyz = np.concatenate([c[0] for c in clouds])
+        return None, {"count": 0, "of": 0, "noise": 0}
     classes = np.concatenate([c[2] for c in clouds])
+    kept = ~np.isin(classes, NOISE)
+    classes, xyz = classes[kept], np.concatenate([c[0] for c in clouds])[kept]
     colours = [c[1] for c in clouds if c[1] is not None]
     chosen = thinned(len(xyz), _most_points(tiles))
-    coloured = np.concatenate(colours)[chosen] if len(colours) == len(clouds) else None
+    coloured = np.concatenate(colours)[kept][chosen] if len(colours) == len(clouds) else None
     local = frame.local(xyz[chosen])
     data, entry = encode_points(local, coloured, classes[chosen])
     box = [*local[:, :2].min(axis=0), *local[:, :2].max(axis=0)] if len(local) else [0.0] * 4
-    return data, {**entry, "of": len(xyz), "box": [round(float(v), 2) for v in box]}
+    return data, {**entry, "of": len(xyz), "noise": int((~kept).sum()), "box": [round(float(v), 2) for v in box]}
 
 
 def _cloud(data: bytes, name: str) -> tuple[FloatArray, ByteArray | None, ByteArray]:

@@ -9,7 +9,7 @@ from shapely import Polygon
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.grid import Bounds, grown
 from cityflow.core.parameters import Parameters
-from cityflow.core.points import BUILDING, CIVIL_STRUCTURE, HIGH_NOISE, LOW_NOISE, PointCloud
+from cityflow.core.points import BUILDING, CIVIL_STRUCTURE, NOISE, PointCloud
 from cityflow.core.splitting import POINTS, FrameRasters, Segments, SplitEvidence, joined_segments
 from cityflow.splitting.lidar_lines import NONE, LaidLines, laid_lines
 from cityflow.splitting.lidar_seeds import known_aspects, lattice, lengths, near_aspect, translated, turned_to
@@ -24,7 +24,6 @@ LEAST_CELL_M = 0.2
 SAME_M, SAME_DEG = 0.3, 4.0
 LEAST_SCATTER_M = 0.03
 FREE_DEG, BOUND_DEG = 6.0, 1.0
-NOISE = (LOW_NOISE, HIGH_NOISE)
 
 
 class LidarSegmentParameters(Parameters):

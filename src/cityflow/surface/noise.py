@@ -8,7 +8,7 @@ from pydantic import Field
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
-from cityflow.core.points import HIGH_NOISE, LOW_NOISE, PointCloud
+from cityflow.core.points import NOISE, PointCloud
 
 
 class NoiseParameters(Parameters):
@@ -24,7 +24,7 @@ def clean(points: PointCloud, parameters: NoiseParameters | None = None) -> tupl
     p = parameters or NoiseParameters()
     finite = np.isfinite(points.xyz).all(axis=1)
     dropped = int(len(points) - finite.sum())
-    keep = finite & ~np.isin(points.classification, [LOW_NOISE, HIGH_NOISE])
+    keep = finite & ~np.isin(points.classification, NOISE)
     points = points if keep.all() else points.take(keep)
     if len(points) == 0:
         return points, dropped

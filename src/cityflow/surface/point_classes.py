@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-import numpy as np
+import itertools
 
-from cityflow.core.arrays import ByteArray, Float32Array, FloatArray
+import numpy as np
+from scipy.ndimage import minimum_filter
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.core.depth_map import ImagePoints
+from cityflow.core.grid import Grid
 from cityflow.core.kernels import njit
-from cityflow.core.points import BRIDGE, BUILDING, GROUND, HIGH_VEGETATION, LOW_NOISE, UNCLASSIFIED, WATER
+from cityflow.core.points import BRIDGE, BUILDING, GROUND, HIGH_NOISE, HIGH_VEGETATION, LOW_NOISE, UNCLASSIFIED, WATER
 from cityflow.surface.image_rasters import ImageSurface
 
 NEAR_M = 0.75
@@ -15,18 +21,83 @@ NEAR_M = 0.75
 LOW_M = 0.4
 """Ground reaches this far above and below the terrain."""
 BELOW_M = 2.0
-"""What lies deeper than this below the terrain is no surface."""
+"""What lies deeper than this below the terrain is no surface, nor is a cluster that floats higher than this above the surface."""
+GAP_M = 1.0
+"""Points in boxes of this edge that touch are one cluster: sparse crowns hold together, and a floating cluster stays apart from them."""
 
 
 def classify_points(points: ImagePoints, surface: ImageSurface) -> ByteArray:
-    """(N,) LAS class of each point: 2 ground, 5 high vegetation, 6 building with its walls, 7 far below the terrain, 9 water, 17 bridge, else 1.
+    """(N,) LAS class of each point: 2 ground, 5 high vegetation, 6 building with its walls, 7 far below the terrain, 9 water, 17 bridge,
+    18 in a cluster that floats above the surface, else 1.
 
     `points` in the world, inside the surface's core; points outside are 1.
     """
     grid = surface.fine.grid
     reach = max(round(NEAR_M / grid.cell), 1)
     place = (grid.x_min, grid.y_max, grid.cell)
-    return np.asarray(_classes(points.xyz, surface.fine.klass, surface.fine.dtm, surface.fine.dsm_filled, place, reach))
+    found = np.asarray(
+        _classes(points.xyz, surface.fine.klass, surface.fine.dtm, surface.fine.dsm_filled, place, reach)
+    )
+    found[is_floating(points.xyz, surface.fine.dsm_filled, grid)] = HIGH_NOISE
+    return found
+
+
+def is_floating(xyz: FloatArray, dsm: Float32Array, grid: Grid) -> BoolArray:
+    """(N,) points in clusters that lie higher than `BELOW_M` above the surface with all their points.
+
+    The surface has taken up none of them, so they are no mast that stands on a roof and no crown. Clusters at the edge of `grid`, or above cells that have
+    no height, may belong to what is not seen here: they do not count.
+
+    Parameters
+    ----------
+    xyz : (N, 3) world metres
+    dsm : (rows, cols) surface over `grid` without small holes, metres; NaN where it is not known
+    """
+    if len(xyz) == 0:
+        return np.zeros(0, np.bool_)
+    row, col = grid.indices(xyz[:, 0], xyz[:, 1])
+    is_inside = (row >= 0) & (row < grid.rows) & (col >= 0) & (col < grid.cols)
+    under = np.full(len(xyz), np.nan, np.float32)
+    under[is_inside] = dsm[row[is_inside], col[is_inside]]
+    high = xyz[:, 2] - under > BELOW_M
+    found = np.zeros(len(xyz), np.bool_)
+    if not high.any():
+        return found
+    column = np.floor((xyz[:, :2] - [grid.x_min, grid.bounds[1]]) / GAP_M).astype(np.int64)
+    shift = column.min(axis=0)
+    lowest = np.full(column.max(axis=0) - shift + 1, np.inf)
+    np.minimum.at(lowest, tuple((column[high] - shift).T), xyz[high, 2])
+    lowest = minimum_filter(lowest, 3, mode="constant", cval=np.inf)
+    # what lies deeper than a box below all high points around touches none of them
+    near = np.flatnonzero(xyz[:, 2] > lowest[tuple((column - shift).T)] - 2 * GAP_M)
+    high, place = high[near], xyz[near]
+    box = np.column_stack([column[near], np.floor(place[:, 2] / GAP_M).astype(np.int64)])
+    last = np.floor(np.array([grid.cols, grid.rows]) * grid.cell / GAP_M - 1e-9)
+    stands = ~high | (box[:, :2] <= 0).any(axis=1) | (box[:, :2] >= last).any(axis=1)
+    box -= box.min(axis=0) - 1
+    sides = box.max(axis=0) + 2
+    keys, own = np.unique(np.ravel_multi_index(tuple(box.T), tuple(sides)), return_inverse=True)
+    cluster = _clusters(keys, sides)[own]
+    is_afloat = np.ones(len(keys), np.bool_)
+    is_afloat[cluster[stands]] = False
+    found[near] = is_afloat[cluster]
+    return found
+
+
+def _clusters(keys: IntArray, sides: IntArray) -> IntArray:
+    """(N,) number of the cluster of each box; those that touch by a face, an edge or a corner are together.
+
+    `keys` are (N,) sorted numbers of boxes in an array of (3,) `sides`, none of them at its border.
+    """
+    ends = []
+    for x, y, z in itertools.product((-1, 0, 1), repeat=3):
+        beside = keys + (x * sides[1] + y) * sides[2] + z
+        place = np.minimum(np.searchsorted(keys, beside), len(keys) - 1)
+        found = np.flatnonzero(keys[place] == beside)
+        ends.append(np.stack([found, place[found]]))
+    one, other = np.concatenate(ends, axis=1)
+    graph = coo_array((np.ones(len(one), np.bool_), (one, other)), (len(keys), len(keys)))
+    return np.asarray(connected_components(graph, directed=False)[1], np.int64)
 
 
 @njit(cache=True, nogil=True)

@@ -15,9 +15,8 @@ from cityflow.core.facade_points import WallPoints
 from cityflow.core.grid import Grid, grown
 from cityflow.core.points import (
     BUILDING,
-    HIGH_NOISE,
     HIGH_VEGETATION,
-    LOW_NOISE,
+    NOISE,
     PointCloud,
 )
 from cityflow.core.reconstruction import Evidence, HeightRaster, Picture
@@ -243,7 +242,7 @@ def _roof_points(points: PointCloud, grid: Grid, layers: Mapping[str, np.ndarray
     if given.classified:
         return usable.of_class(BUILDING)
     x, y, z = usable.xyz.T
-    noise = np.isin(usable.classification, (LOW_NOISE, HIGH_NOISE))
+    noise = np.isin(usable.classification, NOISE)
     high = usable.take((z - sample(grid, layers["dtm"], x, y) > LOWEST_ROOF_M) & ~noise)
     row, col = (np.clip(i, 0, n - 1) for i, n in zip(grid.indices(*high.xyz[:, :2].T), grid.shape, strict=True))
     kept = layers["class"][row, col] != HIGH_VEGETATION
