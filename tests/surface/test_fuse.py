@@ -148,6 +148,47 @@ def test_occluded_ground_beside_a_wall_is_filled_with_ground() -> None:
     assert np.array_equal(filled[~hidden & ~gap], dsm[~hidden & ~gap].astype(float))
 
 
+def seen_from(
+    lean: float, name: str, heights: dict[float, tuple[float, float]], per_cell: int, views: int = 2
+) -> ImagePoints:
+    """Points of one view over 8 x 8 m, whose camera leans by a tangent eastwards; height → the strip of x where it has points."""
+    rng = np.random.default_rng(len(name))
+    parts = []
+    for z, (low, high) in heights.items():
+        n = round((high - low) * 8 / CELL**2) * per_cell
+        parts.append(np.column_stack([rng.uniform(low, high, n), rng.uniform(0, 8, n), z + rng.normal(0, 0.02, n)]))
+    xyz = np.concatenate(parts)
+    centre = np.array([[4.0 + 400.0 * lean, 4.0, 400.0]])
+    return ImagePoints(
+        xyz, np.zeros((len(xyz), 3), np.uint8), np.zeros(len(xyz), np.int64), np.full(len(xyz), views, np.uint8),
+        np.full(len(xyz), 0.03, np.float32), (name,), centre,
+    )  # fmt: skip
+
+
+STRIP = Grid.covering((0, 0, 8, 8), CELL)
+X = np.broadcast_to(STRIP.x_centres(), STRIP.shape)
+
+
+def test_a_roof_that_one_view_draws_out_over_the_ground_ends_where_others_see_past_it() -> None:
+    """Beside a roof that ends at 3 m, matching of the view from above has taken a metre and a half of lawn for roof; slanting views have the lawn."""
+    above = seen_from(0.0, "above", {10.0: (0, 4.5), 0.0: (4.5, 8)}, 3)
+    slanting = [seen_from(lean, name, {10.0: (0, 3), 0.0: (3, 8)}, 3, 3) for lean, name in ((1.0, "e"), (0.9, "east"))]
+    found = fuse(joined([above, *slanting], 3), STRIP).dsm[INNER]
+    x = X[INNER]
+    assert np.abs(found[x < 2.8] - 10).max() < 0.1
+    assert np.abs(found[x > 3 + 2.5 * CELL]).max() < 0.1
+
+
+def test_a_crown_stands_whose_top_slanting_views_see_with_the_ground_beneath_it() -> None:
+    above = seen_from(0.0, "above", {10.0: (2, 6), 0.0: (0, 2)}, 3)
+    right = seen_from(0.0, "from above", {0.0: (6, 8)}, 3)
+    slanting = [seen_from(lean, name, {10.0: (2, 6), 0.0: (0, 8)}, 5, 4) for lean, name in ((1.0, "e"), (-1.0, "west"))]
+    found = fuse(joined([above, right, *slanting], 3), STRIP).dsm[INNER]
+    x = X[INNER]
+    assert np.abs(found[(x > 2.8) & (x < 5.2)] - 10).max() < 0.1
+    assert np.abs(found[(x < 1.6) | (x > 6.4)]).max() < 0.1
+
+
 def test_nothing_gives_holes() -> None:
     cloud = depth_points("a", (0.0, 0.0), 1.0, 0.1, np.random.default_rng(0))
     found = fuse(cloud.take(np.zeros(len(cloud), bool)), GRID)

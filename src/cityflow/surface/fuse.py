@@ -175,7 +175,8 @@ def without_what_lies_beneath(points: CellPoints, top: Float32Array, grid: Grid)
     """
     side = 2 * BESIDE_CELLS + 1
     lowest = cv2.erode(np.where(np.isnan(top), np.float32(-np.inf), top), np.ones((side, side), np.uint8))
-    return chosen(points, not_below(points, lowest - BENEATH_CELLS * grid.cell))
+    beneath = BENEATH_CELLS * grid.cell
+    return chosen(points, not_below(points, lowest - beneath, top, beneath))
 
 
 def _around(cells: BoolArray, by: int) -> BoolArray:

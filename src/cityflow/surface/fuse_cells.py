@@ -12,6 +12,9 @@ from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Grid
 from cityflow.core.kernels import njit
 
+TOP_CELLS = 2
+"""An image that sees a top has a point this near to it, cells: matching leaves gaps; set by hand."""
+
 
 class CellPoints(NamedTuple):
     """Points sorted by cell, and within a cell by height, then by place, then by what else tells them apart.
@@ -94,9 +97,13 @@ def chosen(points: CellPoints, which: BoolArray) -> CellPoints:
     return CellPoints(points.shape, *_chosen(points, which))
 
 
-def not_below(points: CellPoints, limit: Float32Array) -> BoolArray:
-    """(N,) which points are steep, or do not lie below the limit (rows, cols; metres) of their cell."""
-    return np.asarray(_not_below(points.start, points.z, points.steep, limit.ravel()))
+def not_below(points: CellPoints, limit: Float32Array, top: Float32Array, near: float) -> BoolArray:
+    """(N,) which points are steep, or do not lie below the limit (rows, cols; metres) of their cell, or are of an image that does not see the top.
+
+    What an image sees beneath a place, it sees past what stands there. Where that is real, a roof or a crown, the image sees its top, too: it has a point
+    within `near` metres of the top (rows, cols; metres) of a cell at most `TOP_CELLS` away.
+    """
+    return np.asarray(_not_below(points.start, points.z, (points.steep, points.image), limit, top, near))
 
 
 def _line(edge: float, cell: float) -> tuple[int, float]:
@@ -240,9 +247,30 @@ def _columns(n):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _not_below(start: IntArray, z: FloatArray, steep: BoolArray, limit: Float32Array) -> BoolArray:
+def _not_below(start, z, views, limit, top, near):  # type: ignore[no-untyped-def]
+    steep, image = views
+    rows, cols = top.shape
     kept = np.empty(len(z), np.bool_)
-    for k in range(len(start) - 1):
-        for i in range(start[k], start[k + 1]):
-            kept[i] = steep[i] or not z[i] < limit[k]
+    for r in range(rows):
+        for c in range(cols):
+            k = r * cols + c
+            last, sees = np.int64(-1), False
+            for i in range(start[k], start[k + 1]):
+                kept[i] = steep[i] or not z[i] < limit[r, c]
+                if not kept[i]:
+                    if image[i] != last:
+                        last, sees = image[i], _sees_top(start, z, image, image[i], (r, c), top, near)
+                    kept[i] = not sees
     return kept
+
+
+@njit(cache=True, nogil=True)
+def _sees_top(start, z, image, own, place, top, near):  # type: ignore[no-untyped-def]
+    r, c = place
+    rows, cols = top.shape
+    for i in range(max(r - TOP_CELLS, 0), min(r + TOP_CELLS + 1, rows)):
+        for j in range(max(c - TOP_CELLS, 0), min(c + TOP_CELLS + 1, cols)):
+            for k in range(start[i * cols + j], start[i * cols + j + 1]):
+                if image[k] == own and abs(z[k] - top[i, j]) <= near:
+                    return True
+    return False
