@@ -1,5 +1,5 @@
 """Keys of a workflow that nothing ever sets: no test, benchmark or script has one as a keyword or a text beside the name of its model or section, and no
-workflow or document names it.
+workflow or document names it (`execution.STAGE.time_s` names that of every stage).
 
     python benchmarks/unset_parameters.py [WORD]
 
@@ -61,7 +61,8 @@ def is_set(key: str) -> bool:
     beside = {sections[-1], *(kind.__name__ for kind in model.__mro__[:2])} if sections else {"CityParameters"}
     if any(name in may_set and beside & words for may_set, words in in_code()):
         return True
-    return any(each == name or each.endswith(".".join([*sections[-1:], name])) for each in in_text())
+    named = {".".join([*sections[-1:], name]), *({f"execution.STAGE.{name}"} if sections[:1] == ["execution"] else ())}
+    return any(each == name or each.endswith(tuple(named)) for each in in_text())
 
 
 def main(word: str = "") -> None:

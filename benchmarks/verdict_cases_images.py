@@ -20,7 +20,7 @@ from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.grid import Grid
 from cityflow.core.points import BUILDING, GROUND, HIGH_VEGETATION, PointCloud
 from cityflow.geometry.straight_edges import wall_edges
-from cityflow.surface.image_surface import ImageSurfaceParameters
+from cityflow.surface.image_surface import THINNED_M
 from cityflow.surface.overview import thinned_cells
 from cityflow.synthetic.caster import NOTHING, Scene
 from cityflow.synthetic.mesh import Part
@@ -71,8 +71,7 @@ def _survey(town: Town, seed: int, gsd_m: float, noise: HeightNoise) -> Survey:
     grid = Grid.covering(town.bounds, gsd_m)
     true, part = _seen_from_above(town, grid)
     heights = _matched(true, noise, town, seed)
-    parameters = ImageSurfaceParameters()
-    block = max(round(parameters.thinned_m / gsd_m), 1)
+    block = max(round(THINNED_M / gsd_m), 1)
     row, col = np.nonzero(thinned_cells(heights, np.isfinite(heights), (0, 0), block))
     xyz = np.column_stack([grid.x_centres()[col], grid.y_centres()[row], heights[row, col].astype(np.float64)])
     green = _known_foliage(grid, np.isin(part, [int(p) for p in FOLIAGE]), seed)[row, col]

@@ -20,7 +20,7 @@ from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.roof_types_parts.decomposition import DecompositionParameters, layouts
 from cityflow.reconstruction.roof_types_parts.heights import HeightCells, RoofLevels, step_of
 from cityflow.reconstruction.roof_types_parts.line_categories import Category, categorise
-from cityflow.reconstruction.roof_types_parts.ortho_shift import ShiftParameters, rim_shift
+from cityflow.reconstruction.roof_types_parts.ortho_shift import rim_shift
 from cityflow.reconstruction.roof_types_parts.outline_sides import fills, is_round, sides_of, whole_quad
 from cityflow.reconstruction.roof_types_parts.regular_outline import RegularParameters, Rim, regular_outline
 from cityflow.reconstruction.roof_types_parts.roof_lines import (
@@ -221,7 +221,7 @@ def test_displacement_of_a_rim_and_its_overhang_are_told_apart() -> None:
     rim, shift = box(-0.4, -0.4, 12.4, 8.4), np.array([0.7, -0.35])
     ring = np.asarray(rim.exterior.coords)
     found = RoofLines(np.stack([ring[:-1], ring[1:]], axis=1) + shift, np.zeros(4, np.int64))
-    assert rim_shift(found, sides_of(outline, 0.3), ShiftParameters()) == pytest.approx(shift, abs=0.1)
+    assert rim_shift(found, sides_of(outline, 0.3)) == pytest.approx(shift, abs=0.1)
 
 
 def test_round_outlines_are_known() -> None:

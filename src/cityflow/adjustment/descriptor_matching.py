@@ -15,6 +15,8 @@ ROWS_AT_ONCE = 512
 """Points of the first image that are compared at once; bounds memory."""
 FAR = 9.0
 """More than any squared distance of two descriptors of unit length."""
+SAME_PX = 2.0
+"""Points nearer than this are one place, pixels: SIFT describes a place once for each of its main directions; set by hand."""
 
 
 class MatchingParameters(Parameters):
@@ -22,8 +24,6 @@ class MatchingParameters(Parameters):
 
     ratio: float = Field(0.8, gt=0.3, le=1, description="largest distance of the best over that of the second best")
     distance: float = Field(0.75, gt=0.1, le=1.4, description="largest distance of descriptors of unit length")
-    same_px: float = Field(2.0, ge=0, le=20, description="points nearer than this are one place, pixels")
-    scale_factor: float = Field(2.0, ge=1.1, le=8, description="largest ratio of sizes, once distances are allowed for")
 
 
 def mutual_matches(
@@ -74,7 +74,7 @@ def _distinct(squared: np.ndarray, uv: FloatArray, parameters: MatchingParameter
     others[rows, best] = FAR
     second = others.argmin(axis=1)
     # the same place described twice is no rival
-    same = np.linalg.norm(uv[second] - uv[best], axis=1) < parameters.same_px
+    same = np.linalg.norm(uv[second] - uv[best], axis=1) < SAME_PX
     others[rows[same], second[same]] = FAR
     rival = others.min(axis=1)
     good = (least < parameters.distance**2) & (least < parameters.ratio**2 * rival)

@@ -13,6 +13,9 @@ from cityflow.adjustment.features import Features
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 
+SCALE_FACTOR = 2.0
+"""Largest ratio of the sizes of two points, once distances are allowed for: an octave of SIFT up or down."""
+
 
 def guided_matches(
     images: tuple[OrientedImage, OrientedImage],
@@ -39,7 +42,7 @@ def guided_matches(
     def comparable(rows: slice) -> BoolArray:
         near = _near(starts[rows], ends[rows], there, bound_px)
         size = second.scale[None, :] / (first.scale[rows] * scale[rows])[:, None]
-        return np.asarray(near & (size < parameters.scale_factor) & (size > 1 / parameters.scale_factor))
+        return np.asarray(near & (size < SCALE_FACTOR) & (size > 1 / SCALE_FACTOR))
 
     return mutual_matches(first, second, parameters, comparable)
 

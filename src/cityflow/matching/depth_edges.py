@@ -15,18 +15,19 @@ from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 
 STEP_GSD = 5.0
-"""Depth change between neighbours' surfaces that is a step, ground pixels; set by hand on images of the synthetic town, as are the next two."""
+"""Depth change between neighbours' surfaces that is a step, ground pixels; set by hand on images of the synthetic town, as are the next three."""
 SIMILARITY = 10.0
 """Grey difference at which a vote has fallen to 0.6."""
 INERTIA = 1.1
 """How many times more votes another surface needs than the pixel's own."""
+RADIUS_PX = 4
+"""Radius of the filter's window: it is as wide as a census window, 9 pixels."""
 
 
 class EdgeParameters(Parameters):
     """Alignment of depth steps with image edges."""
 
     rounds: int = Field(2, ge=0, le=5, description="rounds of the filter; 0 switches it off")
-    radius_px: int = Field(4, ge=1, le=10, description="radius of its window")
 
 
 def at_image_edges(depth: Float32Array, grey: ByteArray, gsd: float, parameters: EdgeParameters) -> Float32Array:
@@ -41,9 +42,9 @@ def at_image_edges(depth: Float32Array, grey: ByteArray, gsd: float, parameters:
     p = parameters
     calm = cv2.medianBlur(np.ascontiguousarray(grey), 3)
     for _ in range(p.rounds):
-        near = near_steps(depth, p.radius_px, np.float32(STEP_GSD * gsd))
+        near = near_steps(depth, RADIUS_PX, np.float32(STEP_GSD * gsd))
         depth = _chosen(
-            depth, calm, near, p.radius_px, np.float32(STEP_GSD * gsd), np.float32(SIMILARITY), np.float32(INERTIA)
+            depth, calm, near, RADIUS_PX, np.float32(STEP_GSD * gsd), np.float32(SIMILARITY), np.float32(INERTIA)
         )
     return depth
 

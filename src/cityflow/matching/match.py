@@ -15,6 +15,7 @@ from cityflow.core.ground_cells import GroundCells
 from cityflow.core.parameters import Parameters
 from cityflow.core.pixels import Pixels
 from cityflow.matching.block_use import BlockUse, Square, squares_of
+from cityflow.matching.depth_edges import RADIUS_PX as EDGE_RADIUS_PX
 from cityflow.matching.depth_edges import EdgeParameters, at_image_edges
 from cityflow.matching.grey import GreyImage, TileStore
 from cityflow.matching.lattice import LatticeParameters, PairLattice
@@ -206,7 +207,7 @@ def _normal(camera: Camera, window: Window) -> FloatArray:
 def _reach_px(parameters: MatchParameters) -> int:
     """How far the filters of a pixel look."""
     edges, smoothing = parameters.edges, parameters.smoothing
-    return 2 * edges.rounds * edges.radius_px + 2 + smoothing.radius_px
+    return 2 * edges.rounds * EDGE_RADIUS_PX + 2 + smoothing.radius_px
 
 
 def _widened(square: Window, camera: Camera, parameters: MatchParameters) -> Window:

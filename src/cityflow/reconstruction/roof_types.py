@@ -26,6 +26,7 @@ from cityflow.reconstruction.roof_types_parts.roof_evidence import (
     LEAST_FILL,
     MOST_OFF,
     MOST_REST,
+    STRAIGHTEN_M,
     Reading,
     RoofTypesParameters,
     read,
@@ -119,13 +120,13 @@ def _with_dormers(
 
 
 def _roofs(reading: Reading, clues: Clues, wanted: str, parameters: RoofTypesParameters) -> list[Composition]:
-    sides = sides_of(reading.fitted, parameters.straighten_m)
+    sides = sides_of(reading.fitted, STRAIGHTEN_M)
     roofs = parameters.roofs
     if reading.fitted is not reading.outline:
         roofs = roofs.model_copy(update={"rare_cost": roofs.rare_cost + DOUBT_COST})
     quad = whole_quad(reading.fitted, sides)
     if is_round(reading.fitted, sides):
-        rounded = hypotheses_of.round_roofs(clues, quad, sides.lines(), roofs)
+        rounded = hypotheses_of.round_roofs(clues, quad, sides.lines())
         return simple_roofs([h for h in rounded if not wanted or h.skeleton.type == wanted])
     found: list[Composition] = []
     if fills(reading.fitted, quad) >= LEAST_FILL:

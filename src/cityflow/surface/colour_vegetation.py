@@ -20,7 +20,11 @@ WINDOW_M = 1.5
 VERY_ROUGH_M = 0.6
 """What has a doubtful colour is foliage from this RMS off the local plane on, metres."""
 REACH_M = 0.8
-"""Foliage goes on this far into green cells, metres; set by hand."""
+"""Foliage goes on this far into green cells, metres; set by hand, as are the next two."""
+ROUGH_M = 0.12
+"""What is green is foliage from this RMS off the local plane on, metres."""
+AREA_M2 = 2.0
+"""Smaller patches are no crowns, m²."""
 
 
 class ColourVegetationParameters(Parameters):
@@ -31,10 +35,6 @@ class ColourVegetationParameters(Parameters):
         0.2, ge=-1, le=1, description="normalised difference vegetation index of foliage, where there is near infrared"
     )
     excess_green: float = Field(0.06, ge=-1, le=2, description="2g - r - b of foliage, with r + g + b = 1")
-    rough_m: float = Field(
-        0.12, gt=0, le=5, description="what is green is foliage from this RMS off the local plane on, metres"
-    )
-    area_m2: float = Field(2.0, ge=0, le=1000, description="smaller patches are no crowns, m²")
 
     @property
     def halo_m(self) -> float:
@@ -63,8 +63,8 @@ def colour_vegetation(
     size = 2 * round(WINDOW_M / grid.cell / 2) + 1
     rough = local_residual(np.where(np.isnan(dsm), dtm, dsm), max(size, 3))
     green = greenness(colour, grid.shape, p, size)
-    seeds = high & (green > 0) & (rough > p.rough_m) | high & (green > -1) & _wide(rough > VERY_ROUGH_M, grid)
-    kept = _large(binary_opening(seeds, np.ones((2, 2), bool)), grid, p)
+    seeds = high & (green > 0) & (rough > ROUGH_M) | high & (green > -1) & _wide(rough > VERY_ROUGH_M, grid)
+    kept = _large(binary_opening(seeds, np.ones((2, 2), bool)), grid)
     reach = max(round(REACH_M / grid.cell), 1)
     return np.asarray(binary_dilation(kept, iterations=reach, mask=high & (green > 0) | kept))
 
@@ -97,8 +97,8 @@ def _wide(rough: BoolArray, grid: Grid) -> BoolArray:
     return np.asarray(binary_dilation(core, iterations=half, mask=rough))
 
 
-def _large(mask: BoolArray, grid: Grid, p: ColourVegetationParameters) -> BoolArray:
+def _large(mask: BoolArray, grid: Grid) -> BoolArray:
     labels, count = label(mask, np.ones((3, 3), bool))
-    large = np.bincount(labels.ravel(), minlength=count + 1) * grid.cell**2 >= p.area_m2
+    large = np.bincount(labels.ravel(), minlength=count + 1) * grid.cell**2 >= AREA_M2
     large[0] = False
     return np.asarray(large[labels])

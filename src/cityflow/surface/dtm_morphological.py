@@ -34,8 +34,8 @@ WAY_UP_SLOPE = 0.6
 LEAST_TERRACE_M2 = 25.0
 """Smaller terraces are not looked for, m²."""
 
-NEAR_SLOPE = 0.6
-"""Per unit of slope, ground's points lie that much further off the rough terrain, metres; set by hand on synthetic scenes."""
+NEAR_M, NEAR_SLOPE = 0.15, 0.6
+"""A point this near to the rough terrain is ground, metres, and so much more per unit of slope; set by hand on synthetic scenes."""
 
 
 class MorphologicalParameters(Parameters):
@@ -60,7 +60,6 @@ class MorphologicalParameters(Parameters):
         le=300,
         description="a narrower structure with steps on both sides is no terrace even with a way up, metres",
     )
-    near_m: float = Field(0.15, gt=0, le=5, description="a point this near to the rough terrain is ground, metres")
 
     @property
     def halo_m(self) -> float:
@@ -85,7 +84,7 @@ def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: Mo
     if parameters.rise_m is None:  # the walls of others are smeared, and look like ways up
         objects = without_terraces(low, objects, _rule(parameters))
     rough = bridge_gaps(np.where(objects | ~measured, np.nan, low), work)
-    return refine(points, rough, work, grid, (parameters.near_m, NEAR_SLOPE))
+    return refine(points, rough, work, grid, (NEAR_M, NEAR_SLOPE))
 
 
 def _rule(p: MorphologicalParameters) -> TerraceRule:

@@ -42,7 +42,7 @@ class ImageSurface:
 
     Attributes
     ----------
-    thinned : points of the fine DSM inside the core, classified (2, 5, 6, 9, 17), one per square of `thinned_m`
+    thinned : points of the fine DSM inside the core, classified (2, 5, 6, 9, 17), one per square of `image_surface.THINNED_M`
     method : how the terrain was found (`external` where it was given)
     seen : (rows, cols) of the fine grid, what enough images see: where a surface is owed
     """

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
-from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.grid import Bounds, Grid, grown
@@ -29,7 +28,7 @@ from cityflow.surface.overview import (
     refined_classes,
     thinned_cells,
 )
-from cityflow.surface.pits import PitParameters, pits
+from cityflow.surface.pits import pits
 from cityflow.surface.rasterise import count_points
 from cityflow.surface.surveyed import SurveyedParameters, surveyed
 from cityflow.surface.witnesses import WitnessParameters
@@ -47,6 +46,8 @@ class SeenEnough(Protocol):
 
 THINNED_SIGMA_CELLS = 3.0
 """Cells with a greater expected standard deviation give no point to the thinned cloud, cells; set by hand."""
+THINNED_M = 0.24
+"""One point per square of this edge for the buildings, metres: 17 points per m²; set by hand."""
 
 
 class ImageSurfaceParameters(Parameters):
@@ -56,13 +57,9 @@ class ImageSurfaceParameters(Parameters):
     fuse: FuseParameters = FuseParameters()
     noise: NoiseParameters = NoiseParameters()
     dtm: DtmParameters = DtmParameters(method="morphological", morphological=MorphologicalParameters(rise_m=2.2))
-    pits: PitParameters = PitParameters()
     vegetation: ColourVegetationParameters = ColourVegetationParameters()
     cover: CoverParameters = CoverParameters(level_share=1.0, water_share=0.1, water_area_m2=600.0)
     surveyed: SurveyedParameters = SurveyedParameters(least_share=0.1)
-    thinned_m: float = Field(
-        0.24, ge=0.05, le=5, description="one point per square of this edge for the buildings, metres"
-    )
 
     @property
     def context_m(self) -> float:
@@ -175,11 +172,11 @@ def _working(fine: Grid, factor: int) -> Grid:
 
 
 def _cloud(fused: Fused, p: ImageSurfaceParameters) -> PointCloud:
-    """One point per square of `thinned_m` at the centre of a fine cell, row by row, without what stands alone."""
+    """One point per square of `THINNED_M` at the centre of a fine cell, row by row, without what stands alone."""
     grid = fused.grid
     usable = np.isfinite(fused.dsm) & (fused.sigma <= THINNED_SIGMA_CELLS * grid.cell)
     origin = (-round(grid.y_max / grid.cell), round(grid.x_min / grid.cell))
-    chosen = thinned_cells(fused.dsm, usable, origin, max(round(p.thinned_m / grid.cell), 1))
+    chosen = thinned_cells(fused.dsm, usable, origin, max(round(THINNED_M / grid.cell), 1))
     row, col = np.nonzero(chosen)
     xyz = np.column_stack([grid.x_centres()[col], grid.y_centres()[row], fused.dsm[row, col].astype(np.float64)])
     return PointCloud.of(xyz[~is_noise(xyz, p.noise)] if len(xyz) else xyz)
@@ -195,7 +192,7 @@ def _terrain(
 ) -> FloatArray:
     """(rows, cols) terrain of the working grid."""
     terrain = dtm_methods.estimate_dtm(cloud, dsm, work, p.dtm)
-    holes = pits(dsm, terrain, work.cell, p.pits)
+    holes = pits(dsm, terrain, work.cell)
     if holes.any():
         row, col = work.indices(cloud.xyz[:, 0], cloud.xyz[:, 1])
         terrain = dtm_methods.estimate_dtm(cloud.take(~holes[row, col]), np.where(holes, np.nan, dsm), work, p.dtm)

@@ -10,11 +10,15 @@ from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import NOISE, PointCloud
 
+COLUMN_M = 1.5
+"""Edge of the columns that are searched 3 x 3, metres: as wide as `reach_m` is high; set by hand."""
+WIDE = 6.0
+"""Where returns are sparse, columns are so many times wider; set by hand."""
+
 
 class NoiseParameters(Parameters):
     """When a point counts as isolated."""
 
-    column_m: float = Field(1.5, gt=0.1, le=10, description="edge of the columns that are searched 3 x 3, metres")
     reach_m: float = Field(1.5, gt=0.05, le=20, description="neighbours lie within this height difference, metres")
     neighbours: int = Field(2, ge=1, le=20, description="a point with fewer neighbours is noise")
 
@@ -41,14 +45,14 @@ def is_noise(xyz: FloatArray, parameters: NoiseParameters) -> BoolArray:
     anything = p.model_copy(update={"reach_m": 1e9, "neighbours": 2 * p.neighbours + 2})
     sparse = noise & is_isolated(xyz, anything)
     if sparse.any():
-        noise[sparse] = is_isolated(xyz, p.model_copy(update={"column_m": 6 * p.column_m}))[sparse]
+        noise[sparse] = is_isolated(xyz, p, WIDE * COLUMN_M)[sparse]
     return noise
 
 
-def is_isolated(xyz: FloatArray, parameters: NoiseParameters) -> BoolArray:
-    """(N,) True for points with fewer neighbours than asked for; columns lie on a world lattice."""
-    col = np.floor(xyz[:, 0] / parameters.column_m).astype(np.int64)
-    row = np.floor(xyz[:, 1] / parameters.column_m).astype(np.int64)
+def is_isolated(xyz: FloatArray, parameters: NoiseParameters, column_m: float = COLUMN_M) -> BoolArray:
+    """(N,) True for points with fewer neighbours than asked for; columns of this edge lie on a world lattice."""
+    col = np.floor(xyz[:, 0] / column_m).astype(np.int64)
+    row = np.floor(xyz[:, 1] / column_m).astype(np.int64)
     col, row = col - col.min() + 1, row - row.min() + 1
     width = int(col.max()) + 2
     key = row * width + col

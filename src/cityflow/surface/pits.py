@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 import numpy as np
-from pydantic import Field
 from scipy import ndimage
 
 from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.core.parameters import Parameters
 
 _BLOCK_M = 5.0
 """Medians are taken over blocks of this edge; bounds time."""
 _LEAST_KNOWN = 5
 """Fewer blocks tell no median; set by hand."""
 REACH_M = 25.0
-"""Terrain around is its median up to this far, metres; set by hand."""
+"""Terrain around is its median up to this far, metres; set by hand, as are the next two."""
+DEPTH_M = 3.0
+"""Below the terrain around by more than this, metres."""
+AREA_M2 = 100.0
+"""Of a smaller area than this, m²."""
 
 
-class PitParameters(Parameters):
-    """What is too deep and too narrow for terrain."""
-
-    depth_m: float = Field(3.0, gt=0.2, le=50, description="below the terrain around by more than this, metres")
-    area_m2: float = Field(100.0, ge=0, le=1e5, description="of a smaller area than this, m²")
-
-
-def pits(dsm: FloatArray, terrain: FloatArray, cell: float, parameters: PitParameters) -> BoolArray:
+def pits(dsm: FloatArray, terrain: FloatArray, cell: float) -> BoolArray:
     """(rows, cols) cells of narrow holes in the surface.
 
     Parameters
@@ -34,9 +29,9 @@ def pits(dsm: FloatArray, terrain: FloatArray, cell: float, parameters: PitParam
         between crowns lies far below its neighbours, too, but not below the terrain.
     cell : metres
     """
-    below = np.asarray(dsm < _median_around(terrain, cell, REACH_M) - parameters.depth_m)
+    below = np.asarray(dsm < _median_around(terrain, cell, REACH_M) - DEPTH_M)
     labels, count = ndimage.label(below, np.ones((3, 3)))
-    narrow = np.bincount(labels.ravel(), minlength=count + 1) * cell**2 < parameters.area_m2
+    narrow = np.bincount(labels.ravel(), minlength=count + 1) * cell**2 < AREA_M2
     narrow[0] = False
     return np.asarray(narrow[labels])
 

@@ -29,13 +29,14 @@ from cityflow.surface.tin_parts import without_pinches, without_short_edges
 
 BORDER_STEP_M = 20.0
 """Tile borders have a vertex at least this often, metres; set by hand."""
+LEAST_SPACING_M = 1.0
+"""Vertices are no nearer to each other, metres: two cells of the working grid; set by hand."""
 
 
 class TinParameters(Parameters):
     """How close the TIN follows the terrain."""
 
     tolerance_m: float = Field(0.15, gt=0.005, le=10, description="largest height difference to the raster, metres")
-    least_spacing_m: float = Field(1.0, ge=0.1, le=50, description="vertices are no nearer to each other, metres")
     rounds: int = Field(12, ge=1, le=100, description="rounds of insertion at most")
 
 
@@ -72,7 +73,7 @@ def terrain_tin(
     fixed = np.concatenate([border_vertices(grid, dtm, area, p), *rings]).round(VERTEX_DECIMALS)
     fixed = np.unique(fixed, axis=0)
     if len(fixed) > 1:
-        fixed = _off_a_line(fixed, grid, known, area, p.least_spacing_m)
+        fixed = _off_a_line(fixed, grid, known, area, LEAST_SPACING_M)
     if len(fixed) < 3:
         return Tin(np.empty((0, 3)), np.empty((0, 3), np.int64))
     xy = _insert(grid, dtm, area, fixed, rings, p)
@@ -135,7 +136,7 @@ def _along(grid: Grid, dtm: FloatArray, start: FloatArray, end: FloatArray, p: T
     profile = shapely.simplify(shapely.linestrings(np.column_stack([s, z])), p.tolerance_m / 2)
     kept = shapely.get_coordinates(profile)[:, 0]
     kept = np.union1d(kept, np.linspace(0, length, max(int(np.ceil(length / BORDER_STEP_M)), 1) + 1))
-    keep = np.r_[True, np.diff(kept) > p.least_spacing_m / 2]
+    keep = np.r_[True, np.diff(kept) > LEAST_SPACING_M / 2]
     keep[-1] = True
     return np.asarray(start + (end - start) * (kept[keep] / length)[:, None])
 
@@ -161,7 +162,7 @@ def _insert(
     from scipy.interpolate import LinearNDInterpolator  # takes long to load
 
     x, y = grid.centres()
-    gap = p.least_spacing_m
+    gap = LEAST_SPACING_M
     inner = (x > bounds[0] + gap) & (x < bounds[2] - gap) & (y > bounds[1] + gap) & (y < bounds[3] - gap)
     inner &= ~np.isnan(dtm)
     places = np.column_stack([x[inner], y[inner]])

@@ -34,6 +34,10 @@ RIM_SHARE = 0.15
 """Width of the rim of an image that others are preferred to, share of its shorter side; set by hand, as is the next."""
 TOLERANCE_CELLS = 1.5
 """A ray may dip this deep below the surface it passes, cells of the surface around: its noise."""
+OFF_NADIR_DEG = 60.0
+"""Views tilted more than this against the frame's vertical are not used, degrees: level ground is half as wide in them; set by hand, as is the next."""
+MARGIN_PX = 4.0
+"""Outermost pixels of an image that are never used."""
 
 
 class OrthoParameters(Parameters):
@@ -45,14 +49,7 @@ class OrthoParameters(Parameters):
         le=1000,
         description="largest distance in plan at which an object may hide a cell, metres: height of buildings times the tan of the steepest view",
     )
-    off_nadir_deg: float = Field(
-        60.0,
-        gt=0,
-        lt=90,
-        description="views tilted more than this against the vertical of the frame are not used, degrees",
-    )
     seam_cells: float = Field(16.0, ge=0.5, le=1000, description="half the width over which two images mix, cells")
-    margin_px: float = Field(4.0, ge=0, le=500, description="outermost pixels of an image that are never used")
     widened_cells: int = Field(
         1,
         ge=0,
@@ -108,7 +105,7 @@ def true_ortho(
     reach_m = max(asked.halo_m - (asked.widened_cells + 1) * coarse, 0.0)
     blocking = obstacles(*around, origin, asked.widened_cells, TOLERANCE_CELLS * coarse, reach_m)
     limits = Limits(
-        float(np.tan(np.radians(asked.off_nadir_deg)) ** 2), RIM_SHARE, asked.margin_px, asked.seam_cells * grid.cell,
+        float(np.tan(np.radians(OFF_NADIR_DEG)) ** 2), RIM_SHARE, MARGIN_PX, asked.seam_cells * grid.cell,
     )  # fmt: skip
     colour = np.zeros((*grid.shape, bands), dtype)
     source = np.full(grid.shape, -1, np.int16)

@@ -23,21 +23,23 @@ FOLIAGE_SHARE = 0.5
 COMPACT_M = 0.9
 """Inner radius above which a region is no wall, metres; set by hand on synthetic scenes."""
 REACH_M = 1.0
-"""Foliage goes on this far into doubtful cells, metres; set by hand on synthetic scenes."""
+"""Foliage goes on this far into doubtful cells, metres; set by hand on synthetic scenes, as are the next two."""
+WINDOW_M = 1.5
+"""Window in which shares of foliage are counted, metres: three cells of a usual surface."""
+EVEN_AREA_M2 = 3.0
+"""Even patches from this area on are roofs, m²."""
 
 
 class VegetationParameters(Parameters):
     """What counts as foliage."""
 
     least_height_m: float = Field(1.5, ge=0, le=20, description="vegetation is at least this high, metres")
-    window_m: float = Field(1.5, ge=0.2, le=20, description="window of shares and residuals, metres")
     uneven: float = Field(
         0.2,
         gt=0,
         le=1,
         description="a patch is foliage from this thickness on, as a share of its reach; half where pulses go on",
     )
-    even_area_m2: float = Field(3.0, ge=0, le=1000, description="even patches from this area on are roofs, m²")
 
     @property
     def halo_m(self) -> float:
@@ -62,10 +64,10 @@ def vegetation_mask(
     if votes is not None:
         return np.asarray(high & (votes < 0))
     count, leaves = _high_points(points, dtm, grid, p)
-    size = 2 * round(p.window_m / grid.cell / 2) + 1
+    size = 2 * round(WINDOW_M / grid.cell / 2) + 1
     share = sums_around(leaves, size, "reflect") / np.maximum(sums_around(count, size, "reflect"), 1)
     green = high & _compact(high & (share > FOLIAGE_SHARE), high & (share > FOLIAGE_SHARE / 2), grid)
-    return without_rims(green & ~even_patches(high, (count, leaves), grid, p))
+    return without_rims(green & ~even_patches(high, (count, leaves), grid))
 
 
 def without_rims(mask: BoolArray) -> BoolArray:
@@ -74,13 +76,13 @@ def without_rims(mask: BoolArray) -> BoolArray:
     return np.asarray(mask & binary_dilation(binary_opening(np.pad(mask, 1, mode="edge"), square)[1:-1, 1:-1], square))
 
 
-def even_patches(high: BoolArray, counted: tuple[IntArray, IntArray], grid: Grid, p: VegetationParameters) -> BoolArray:
+def even_patches(high: BoolArray, counted: tuple[IntArray, IntArray], grid: Grid) -> BoolArray:
     """(rows, cols) high patches of cells without foliage: sheds and narrow extensions among trees."""
     count, leaves = counted
     even = high & (leaves < FOLIAGE_SHARE * count)
     opened = binary_opening(np.pad(even, 2, mode="edge"), np.ones((2, 2), bool))[2:-2, 2:-2]
     labels, regions = label(opened)
-    wide = np.bincount(labels.ravel(), minlength=regions + 1) * grid.cell**2 >= p.even_area_m2
+    wide = np.bincount(labels.ravel(), minlength=regions + 1) * grid.cell**2 >= EVEN_AREA_M2
     wide[0] = False
     return np.asarray(
         binary_dilation(wide[labels], np.ones((3, 3), bool), mask=high & (leaves <= FOLIAGE_SHARE * count))

@@ -32,6 +32,8 @@ from cityflow.survey.kept_plans import KeptPlan, NotKept, Plans
 from cityflow.survey.surface_source import IMAGES, OVERVIEW
 from cityflow.survey.survey_parameters import SurveyParameters, nearest_cell
 
+LEAST_FRAME_TILT_DEG = 12.0
+"""Clusters of views steeper than this get no frame: they see hardly any façade; set by hand."""
 CELL_M, IMAGES_A_CELL = 10.0, 6
 """Images for the ortho are chosen on a lattice of so many metres, so many for each of its cells."""
 
@@ -259,7 +261,7 @@ class ImageSurvey:
     def tilted(self) -> FrameTiles:
         """The local frames that get a tilted DSM and ortho: not the nadir, and of enough images."""
         chosen = self.parameters.images
-        limit = np.cos(np.radians(chosen.least_frame_tilt))
+        limit = np.cos(np.radians(LEAST_FRAME_TILT_DEG))
         frames = [
             f
             for f in self.frames

@@ -115,7 +115,6 @@ class ImagesParameters(Parameters):
         description="images tilted more than this colour only those parts of the ortho that no other image sees, degrees",
     )
     frames: bool = Field(True, description="tilted DSMs and oblique orthos of clusters of oblique views")
-    least_frame_tilt: float = Field(12.0, ge=0, le=90, description="clusters steeper than this get no frame, degrees")
 
 
 class ExportParameters(Parameters):

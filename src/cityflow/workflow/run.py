@@ -24,16 +24,17 @@ from cityflow.flow.progress import watcher
 from cityflow.flow.row import Row
 from cityflow.flow.run_news import RunNews
 from cityflow.flow.run_page import TOLD_EVERY_S, page_address, pages_told, publisher
+from cityflow.flow.stage import Place
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record, Task
 from cityflow.flow.task_source import never
 from cityflow.io.catalog.stac_outside import refuse_outside
+from cityflow.pipeline.pipeline import PIPELINE
 from cityflow.reporting.run_report import write_run_report
 from cityflow.runs.current import CurrentRecords, known_records
 from cityflow.runs.prepare import Prepared, prepared
 from cityflow.runs.request import Request
 from cityflow.runs.run_folder import check_run, describe_run
-from cityflow.stages import reconstruct, texture
 from cityflow.survey.survey import Survey
 from cityflow.workflow.expected import costs_of, usual_mb
 from cityflow.workflow.followed import FollowedCity
@@ -46,8 +47,8 @@ from cityflow.workflow.tile_places import TilePlaces
 from cityflow.workflow.trust import refuse_untrusted
 
 NAMED = 3
-OF_A_BUILDING = (reconstruct.NAME, texture.NAME)
-"""Where these fail, a block or a plain building stands in the city."""
+OF_A_BUILDING = frozenset(stage.name for stage in PIPELINE if stage.place is Place.UNIT)
+"""Where these fail, a block, or a building without texture or windows, stands in the city."""
 
 
 @dataclass(frozen=True, slots=True)

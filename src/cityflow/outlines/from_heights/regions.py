@@ -28,16 +28,18 @@ LOW_HEIGHT_M = 1.2
 """A low roof goes on down to this where the terrain below it is found too high; set by hand on synthetic towns."""
 LOW_SHARE = 0.5
 """Of a low region's cells, this share reaches the height of a roof: the majority of them."""
+OPENING_M = 1.5
+"""Narrower parts are dropped, m; set by hand on synthetic towns."""
+HOLE_M = 3.0
+"""Holes in the survey wider than this are no buildings, m; set by hand on synthetic towns."""
 
 
 class RegionParameters(Parameters):
     """What is high and smooth enough, and wide and large enough, to be a building."""
 
     minimum_height_m: float = Field(2.0, ge=0.5, le=20, description="lowest roof above terrain, m")
-    opening_m: float = Field(1.5, ge=0, le=10, description="parts narrower than this are dropped, m")
     minimum_area_m2: float = Field(10.0, gt=0, le=1000, description="smaller regions are dropped, m²")
     minimum_courtyard_m2: float = Field(9.0, ge=0, le=1000, description="smaller holes in a region are filled, m²")
-    hole_m: float = Field(3.0, gt=0, le=100, description="holes in the survey wider than this are no buildings, m")
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,13 +112,13 @@ def building_mask(surface: RegionSurface, parameters: RegionParameters) -> BoolA
     """(rows, cols) True on buildings."""
     cell = surface.grid.cell
     # A cell that no pulse happened to hit says nothing; a wide hole is water, or a roof that swallows the light.
-    known = np.isfinite(surface.ndsm) & ~_opened(surface.holes, disc(parameters.hole_m / 2, cell))
+    known = np.isfinite(surface.ndsm) & ~_opened(surface.holes, disc(HOLE_M / 2, cell))
     excluded = np.isin(surface.klass, (HIGH_VEGETATION, WATER, BRIDGE))
     high = known & ~excluded & (np.nan_to_num(surface.ndsm) >= parameters.minimum_height_m)
     if not surface.highest:
         high |= _low_roofs(high, known & ~excluded, surface.ndsm, cell, parameters)
     closed = _closed(high, disc(CLOSING_M / 2, cell)) & ~excluded
-    opened = _opened(closed, disc(parameters.opening_m / 2, cell))
+    opened = _opened(closed, disc(OPENING_M / 2, cell))
     smooth = _without_foliage(opened, surface.ndsm)
     filled = _filled(smooth, parameters.minimum_courtyard_m2 / cell**2)
     # Pulses that hit nothing leave cells of LiDAR empty everywhere; holes of images are unseen parts.
@@ -133,13 +135,13 @@ def _low_roofs(
     A high house is not asked: what is low beside it is a terrace, a hedge or a car.
     """
     lower = usable & (np.nan_to_num(ndsm) >= LOW_HEIGHT_M)
-    lower = _opened(lower, disc(parameters.opening_m / 2, cell))
+    lower = _opened(lower, disc(OPENING_M / 2, cell))
     labels, count = ndimage.label(lower)
     if not count:
         return np.zeros_like(high)
     index = np.arange(count + 1)
     share = ndimage.mean(high, labels, index)
-    founded = np.bincount(labels[_opened(high, disc(parameters.opening_m / 2, cell))], minlength=count + 1) * cell**2
+    founded = np.bincount(labels[_opened(high, disc(OPENING_M / 2, cell))], minlength=count + 1) * cell**2
     height = np.nan_to_num(ndimage.median(np.nan_to_num(ndsm), labels, index))
     # Smaller ones may be vehicles, whose blurred sides would grow.
     whole = (share >= LOW_SHARE) & (founded >= VEHICLE_AREA_M2)

@@ -46,7 +46,6 @@ class WallPointParameters(Parameters):
         le=1,
         description="ground sampling distance of the images, metres; in a run the default stands for the survey's own",
     )
-    least_views: int = Field(1, ge=1, le=20, description="fewest partners that agree on a point")
 
     @property
     def cell_m(self) -> float:
@@ -77,8 +76,7 @@ def find_wall_points(points: ImagePoints, parameters: WallPointParameters) -> Wa
     cloud's rim whatever its extent
     """
     p = parameters
-    enough = points if p.least_views <= 1 else points.take(points.views >= p.least_views)
-    voxels = thinned(enough, p.cell_m, math.sin(math.radians(GRAZING_DEG)))
+    voxels = thinned(points, p.cell_m, math.sin(math.radians(GRAZING_DEG)))
     if not len(voxels):
         return joined_walls([])
     voxels = voxels.take(_rising(voxels))

@@ -35,17 +35,18 @@ INSIDE_WING = 0.88
 """Share of a wing that lies inside what is left beside its part,"""
 LEAST_OF_WING = 0.3
 """and of that which the wing covers at least."""
+NARROWEST_M, NARROWEST_WING_M = 2.5, 1.2
+"""Narrower parts carry no roof of their own; narrower wings take the roof beside them, m; set by hand, as are the next two."""
+LEAST_WING_M2 = 5.0
+"""Smaller wings take the roof beside them, m²."""
+MOST_MAINS, MOST_WINGS = 4, 6
+"""Most rectangles that are tried for the main part; outlines of more wings are not decomposed: bounds time."""
 
 
 class DecompositionParameters(Parameters):
     """What parts of an outline may be."""
 
     inside: float = Field(0.965, gt=0, le=1, description="share of a part that lies inside the outline")
-    narrowest_m: float = Field(2.5, gt=0, le=50, description="narrower parts (m) carry no roof of their own")
-    narrowest_wing_m: float = Field(1.2, gt=0, le=50, description="narrower wings (m) take the roof beside them")
-    least_wing_m2: float = Field(5.0, gt=0, le=1000, description="smaller wings (m²) take the roof beside them")
-    most_mains: int = Field(4, ge=1, le=50, description="most rectangles tried for the main part")
-    most_wings: int = Field(6, ge=0, le=50, description="outlines of more wings are not decomposed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,11 +87,11 @@ def layouts(
 ) -> list[Layout]:
     """Ways to see an outline as a main part with wings, the largest main part first; `inside_wing`: share of a wing in what is left for it."""
     angle = main_angle(sides)
-    of_main = Fit(parameters.inside, LEAST_MAIN, parameters.narrowest_m)
-    of_wing = Fit(inside_wing, LEAST_OF_WING, parameters.narrowest_wing_m)
+    of_main = Fit(parameters.inside, LEAST_MAIN, NARROWEST_M)
+    of_wing = Fit(inside_wing, LEAST_OF_WING, NARROWEST_WING_M)
     found = []
-    for main in rectangles(outline, sides, angle, of_main)[: parameters.most_mains]:
-        layout = _with_wings(outline, sides, main, angle, parameters, of_wing)
+    for main in rectangles(outline, sides, angle, of_main)[:MOST_MAINS]:
+        layout = _with_wings(outline, sides, main, angle, of_wing)
         if layout is not None:
             found.append(layout)
     return found
@@ -137,17 +138,15 @@ def _facing(sides: Sides, angle: float) -> list[FloatArray]:
     return [lines[k] for k in kept]
 
 
-def _with_wings(
-    outline: Polygon, sides: Sides, main: Quad, angle: float, parameters: DecompositionParameters, of_wing: Fit
-) -> Layout | None:
+def _with_wings(outline: Polygon, sides: Sides, main: Quad, angle: float, of_wing: Fit) -> Layout | None:
     parts, wings = [Polygon(main.ring())], list[Wing]()
     left = _opened(outline, parts[0])
     while left:
         piece = left.pop(0)
-        if len(wings) >= parameters.most_wings:
+        if len(wings) >= MOST_WINGS:
             return None
         rectangle, polygon = _rectangle_of(piece, sides, angle, of_wing)
-        if rectangle is None or polygon.area < parameters.least_wing_m2:
+        if rectangle is None or polygon.area < LEAST_WING_M2:
             continue
         parent = _parent(polygon, parts)
         if parent is None:

@@ -23,15 +23,14 @@ UNDER_RIDGE_M = 0.15
 """Dormers stay so far below the top of their slope, m."""
 LEAST_EVIDENCE = 1.5
 """Log-likelihood that heights, and lines, speak for a dormer, at least."""
+NARROWEST_M, WIDEST_M, SHORTEST_M = 1.4, 4.5, 1.2
+"""Widths of dormers, and how far they run into the slope at least, m."""
 
 
 class DormerParameters(Parameters):
     """What a dormer is."""
 
     most: int = Field(12, ge=0, le=100, description="most dormers of a slope; 0: none are sought")
-    narrowest_m: float = Field(1.4, gt=0, le=10, description="width of the narrowest (m)")
-    widest_m: float = Field(4.5, gt=0, le=50, description="width of the widest (m)")
-    shortest_m: float = Field(1.2, gt=0, le=10, description="they run at least so far into the slope (m)")
     cost: float = Field(0.0, ge=0, le=50, description="cost of a dormer beyond its numbers")
 
 

@@ -22,7 +22,10 @@ from cityflow.reconstruction.roof_types_parts.dormer_values import (
     LEAST_EVIDENCE,
     MOST_LINES,
     MOST_MEASURED,
+    NARROWEST_M,
+    SHORTEST_M,
     UNDER_RIDGE_M,
+    WIDEST_M,
     Dormer,
     DormerParameters,
     Slope,
@@ -90,7 +93,7 @@ def _refined(cells: HeightCells) -> HeightCells:
     return HeightCells(xy, np.repeat(np.arange(n), PLACES**2), cells.z, cells.weight, cells.size, cells.step)
 
 
-def _candidates(slope: Slope, segments: FloatArray, parameters: DormerParameters) -> FloatArray:
+def _candidates(slope: Slope, segments: FloatArray) -> FloatArray:
     """(K, 6) level dormers whose sides and fronts are where lines are."""
     ends = segments.reshape(-1, 2, 2)
     near = shapely.dwithin(shapely.linestrings(ends), slope.region, 0.3)
@@ -101,12 +104,12 @@ def _candidates(slope: Slope, segments: FloatArray, parameters: DormerParameters
     # A front that is seen ends where the sides are, seen or not.
     u = _each_once(np.concatenate([uv[across, :, 0].mean(axis=1), uv[along, :, 0].ravel()]))
     v = _each_once(uv[along, :, 1].mean(axis=1))
-    pairs = [(a, b) for a, b in product(u, u) if parameters.narrowest_m <= b - a <= parameters.widest_m]
+    pairs = [(a, b) for a, b in product(u, u) if NARROWEST_M <= b - a <= WIDEST_M]
     shapely.prepare(slope.region)
     found = []
     for (u0, u1), v0, front in product(pairs, v, FRONTS_M):
         run = front / slope.steep
-        if run < parameters.shortest_m or slope.height(u0, v0) + front > slope.top - UNDER_RIDGE_M:
+        if run < SHORTEST_M or slope.height(u0, v0) + front > slope.top - UNDER_RIDGE_M:
             continue
         found.append((u0, u1, v0, front, 0.0, 0.0))
     numbers = np.array(found).reshape(-1, 6)
@@ -146,7 +149,7 @@ class Search:
     def all_of(self, parts: Sequence[PlacedSkeleton]) -> list[tuple[Dormer, float]]:
         """One dormer after the other, the one that gains most first, and what each gains."""
         found = list[tuple[Dormer, float]]()
-        candidates = _candidates(self.slope, self.segments, self.parameters)
+        candidates = _candidates(self.slope, self.segments)
         while len(candidates) and len(found) < self.parameters.most:
             known = [d for d, _ in found]
             best = self._best(roof_model([*parts, *(d.part for d in known)]), candidates, known)
@@ -165,7 +168,7 @@ class Search:
         if not level:
             return None
         first = max(level, key=lambda d: _net(d, known, self.clues, self.parameters))
-        roofs = _roofs_of(first.numbers, self.slope, self.parameters)
+        roofs = _roofs_of(first.numbers, self.slope)
         tried = self._measured(roofs, off) if len(roofs) else []
         sure = [
             d
@@ -198,7 +201,7 @@ def _form(numbers: FloatArray) -> FloatArray:
     return np.array([numbers[U1] - numbers[U0], numbers[V0], numbers[FRONT]])
 
 
-def _roofs_of(numbers: FloatArray, slope: Slope, parameters: DormerParameters) -> FloatArray:
+def _roofs_of(numbers: FloatArray, slope: Slope) -> FloatArray:
     """(K, 6) dormers over about the same rectangle with every roof that stays below the top of the slope."""
     half = (numbers[U1] - numbers[U0]) / 2
     kinds = [(0.0, 0.0), *((tilt, 0.0) for tilt in TILTS), *((0.0, rise * half) for rise in RISES)]
@@ -207,7 +210,7 @@ def _roofs_of(numbers: FloatArray, slope: Slope, parameters: DormerParameters) -
         front = numbers[FRONT] + by
         run = front / (slope.steep * (1 - tilt))
         top = slope.height(numbers[U0], numbers[V0]) + front + tilt * slope.steep * run + rise
-        if front >= FRONTS_M[0] - 0.3 and run >= 0.8 * parameters.shortest_m and top <= slope.top - UNDER_RIDGE_M:
+        if front >= FRONTS_M[0] - 0.3 and run >= 0.8 * SHORTEST_M and top <= slope.top - UNDER_RIDGE_M:
             found.append([*numbers[:3], front, tilt, rise])
     return np.array(found).reshape(-1, 6)
 

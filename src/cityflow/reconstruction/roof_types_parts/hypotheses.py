@@ -19,6 +19,7 @@ from cityflow.reconstruction.roof_types_parts.hypothesis import (
     MANSARD_RUN_M,
     OFF_MIDDLE,
     OFF_MIDDLE_COST,
+    SHED_COST,
     STEEPEST_END,
     Hypothesis,
     HypothesisParameters,
@@ -38,7 +39,7 @@ UNLIKELY = 2.0
 
 def hypotheses(clues: Clues, quad: Quad, parameters: HypothesisParameters) -> list[Hypothesis]:
     """All types over one part, cheapest first."""
-    found = flat_and_sheds(clues, quad, parameters)
+    found = flat_and_sheds(clues, quad)
     longer = quad if quad.length >= quad.width else quad.turned()
     for k, turned in enumerate((longer, longer.turned())):
         part = PartClues(clues, turned)
@@ -46,7 +47,7 @@ def hypotheses(clues: Clues, quad: Quad, parameters: HypothesisParameters) -> li
         across = UNLIKELY * min(1.0, max(0.0, 4 * (1 / ratio - 1.1))) if k else 0.0
         found += [h.dearer(across) for h in ridge_roofs(part, parameters)]
         found += sawtooths(part, parameters)
-    found += [pyramid(PartClues(clues, longer), parameters)]
+    found += [pyramid(PartClues(clues, longer))]
     return sorted((h for h in found if math.isfinite(h.cost)), key=lambda h: h.cost)
 
 
@@ -62,7 +63,7 @@ def wing_hypotheses(
     own : sides of what stands beside
     slope : of the part that it leans on, which wings often share; NaN where it has none
     """
-    alone = flat_and_sheds(clues, own, parameters)
+    alone = flat_and_sheds(clues, own)
     alone += ridge_roofs(PartClues(clues, own.turned()), parameters, (False, False))
     inside = ridge_roofs(PartClues(clues, joined), parameters, (False, True))
     if slope > 0:
@@ -74,21 +75,21 @@ def wing_hypotheses(
     )
 
 
-def round_roofs(clues: Clues, quad: Quad, lines: FloatArray, parameters: HypothesisParameters) -> list[Hypothesis]:
+def round_roofs(clues: Clues, quad: Quad, lines: FloatArray) -> list[Hypothesis]:
     """Level roof, cone and dome over an outline of many sides (K, 3), about round."""
-    found = [h for h in flat_and_sheds(clues, quad, parameters) if h.skeleton.type is RoofType.FLAT]
+    found = [h for h in flat_and_sheds(clues, quad) if h.skeleton.type is RoofType.FLAT]
     reach = lines[:, :2] @ quad.middle - lines[:, 2]
     rim, shape = lines / reach[:, None], skeletons.ridge_shape(quad)
     for kind in (RoofType.CONE, RoofType.DOME):
         t = skeletons.round_heights(clues.cells.xy, rim, kind is RoofType.DOME)
         cost, eave, rise = PartClues(clues, quad).of_heights(t)
-        if rise >= least_rise(quad.width / 2, parameters):
+        if rise >= least_rise(quad.width / 2):
             skeleton = Skeleton(kind, quad, shape, eave, rise, rim=rim)
             found.append(Hypothesis(skeleton, cost).dearer(clues.per_parameter()))
     return sorted(found, key=lambda h: h.cost)
 
 
-def flat_and_sheds(clues: Clues, quad: Quad, parameters: HypothesisParameters) -> list[Hypothesis]:
+def flat_and_sheds(clues: Clues, quad: Quad) -> list[Hypothesis]:
     part = PartClues(clues, quad)
     cost, eave, _ = part.of_heights(np.zeros(len(part.d)))
     shape = skeletons.ridge_shape(quad)
@@ -97,8 +98,8 @@ def flat_and_sheds(clues: Clues, quad: Quad, parameters: HypothesisParameters) -
         own = PartClues(clues, turned)
         cost, eave, rise = own.of_heights(own.d[:, 0] / turned.width)
         skeleton = Skeleton(RoofType.SHED, turned, shape, eave, rise)
-        if abs(rise) >= least_rise(turned.width, parameters):
-            found.append(Hypothesis(skeleton, cost).dearer(2 * clues.per_parameter() + parameters.shed_cost))
+        if abs(rise) >= least_rise(turned.width):
+            found.append(Hypothesis(skeleton, cost).dearer(2 * clues.per_parameter() + SHED_COST))
     return found
 
 
@@ -119,7 +120,7 @@ def ridge_roofs(
         found += _mansards(part, best, parameters)
     # Runs that nearly meet leave a ridge of centimetres: `pyramid` has its faces meet exactly.
     ridged = [h for h in found if h.skeleton.type is not RoofType.PYRAMID]
-    return [h for h in ridged if abs(h.skeleton.rise) >= least_rise(part.quad.width / 2, parameters)]
+    return [h for h in ridged if abs(h.skeleton.rise) >= least_rise(part.quad.width / 2)]
 
 
 def _ridges(part: PartClues) -> list[tuple[FloatArray, float]]:

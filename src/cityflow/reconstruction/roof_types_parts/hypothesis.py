@@ -36,14 +36,15 @@ MANSARD_RUN_M = 0.7
 """and bends no nearer to its eave than this, m."""
 MOST_TEETH = 12
 """Most sheds of a sawtooth that are tried."""
+LEAST_RISE_M, LEAST_SLOPE_DEG = 0.5, 3.5
+"""Roofs that rise less, or are less steep, are flat; set by hand."""
+SHED_COST = 2.0
+"""Cost of a shed beyond its numbers, as log-likelihood."""
 
 
 class HypothesisParameters(Parameters):
     """What roofs may look like."""
 
-    least_rise_m: float = Field(0.5, gt=0, le=5, description="roofs that rise less (m) are flat")
-    least_slope_deg: float = Field(3.5, gt=0, le=20, description="roofs less steep (degrees) are flat")
-    shed_cost: float = Field(2.0, ge=0, le=50, description="cost of a shed beyond its numbers")
     rare_cost: float = Field(
         8.0, ge=0, le=50, description="cost of mansard, butterfly and sawtooth beyond their numbers"
     )
@@ -83,8 +84,8 @@ class PartClues:
         return fitted_heights(means, c.cells.z, c.cells.weight, c.sigma, math.nan, 0.0)
 
 
-def least_rise(run: float, parameters: HypothesisParameters) -> float:
-    return max(parameters.least_rise_m, run * math.tan(math.radians(parameters.least_slope_deg)))
+def least_rise(run: float) -> float:
+    return max(LEAST_RISE_M, run * math.tan(math.radians(LEAST_SLOPE_DEG)))
 
 
 def measured_roof(part: PartClues, shape: FloatArray, paid: float) -> Hypothesis:

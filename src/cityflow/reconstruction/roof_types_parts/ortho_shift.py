@@ -10,10 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from pydantic import Field
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.parameters import Parameters
 from cityflow.reconstruction.roof_types_parts.outline_sides import Sides
 from cityflow.reconstruction.roof_types_parts.roof_lines import RoofLines, turn_between
 
@@ -24,25 +22,19 @@ ACROSS_M, STEP_M, FINE_M = 0.25, 0.2, 0.05
 
 PER_M = 0.25
 """Loss (share of the outline's length) per metre of displacement; set by hand."""
+MOST_M = 2.0
+"""Largest displacement sought, m: of an eave 6 m high that is seen 18° off the vertical; set by hand."""
 
 
-class ShiftParameters(Parameters):
-    """How far roofs may be displaced."""
-
-    most_m: float = Field(
-        2.0, ge=0, le=20, description="largest displacement sought (m); 0: plain orthos are taken as they are"
-    )
-
-
-def rim_shift(lines: RoofLines, sides: Sides, parameters: ShiftParameters) -> FloatArray:
+def rim_shift(lines: RoofLines, sides: Sides) -> FloatArray:
     """(2,) displacement of the roof's rim against the outline, metres; 0 where nothing tells."""
-    votes = _votes(lines, sides, parameters.most_m + max(OVERHANGS_M))
-    if len(votes) < 2 or parameters.most_m == 0:
+    votes = _votes(lines, sides, MOST_M + max(OVERHANGS_M))
+    if len(votes) < 2:
         return np.zeros(2)
-    reach = np.arange(-parameters.most_m, parameters.most_m + 1e-9, STEP_M)
-    best = _best(votes, np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2), sides, parameters)
+    reach = np.arange(-MOST_M, MOST_M + 1e-9, STEP_M)
+    best = _best(votes, np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2), sides)
     near = np.arange(-STEP_M, STEP_M + 1e-9, FINE_M)
-    return _best(votes, best + np.stack(np.meshgrid(near, near), axis=-1).reshape(-1, 2), sides, parameters)
+    return _best(votes, best + np.stack(np.meshgrid(near, near), axis=-1).reshape(-1, 2), sides)
 
 
 def _votes(lines: RoofLines, sides: Sides, reach: float) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
@@ -62,11 +54,9 @@ def _votes(lines: RoofLines, sides: Sides, reach: float) -> list[tuple[FloatArra
     return found
 
 
-def _best(
-    votes: list[tuple[FloatArray, FloatArray, FloatArray]], tried: FloatArray, sides: Sides, parameters: ShiftParameters
-) -> FloatArray:
+def _best(votes: list[tuple[FloatArray, FloatArray, FloatArray]], tried: FloatArray, sides: Sides) -> FloatArray:
     norm = np.hypot(*tried.T)
-    allowed = norm <= parameters.most_m + 1e-9
+    allowed = norm <= MOST_M + 1e-9
     scores = []
     for overhang in OVERHANGS_M:
         score = -PER_M * norm * sides.length.sum() * 0.25 - 1e9 * ~allowed

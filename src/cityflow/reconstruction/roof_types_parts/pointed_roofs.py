@@ -20,7 +20,7 @@ from cityflow.reconstruction.roof_types_parts.shape_fit import line_gain
 from cityflow.reconstruction.roof_types_parts.skeletons import D0, D1, R2, R3, S2, S3, Skeleton
 
 
-def pyramid(part: PartClues, parameters: HypothesisParameters) -> Hypothesis:
+def pyramid(part: PartClues) -> Hypothesis:
     """Four faces that meet over the middle."""
     shape = skeletons.ridge_shape(part.quad)
     # Distances of one place to all four sides, so that the faces meet there exactly, however skewed the sides are.
@@ -28,7 +28,7 @@ def pyramid(part: PartClues, parameters: HypothesisParameters) -> Hypothesis:
     shape[[S2, S3]] = 0.0
     fit = measured_roof(part, shape, part.clues.per_parameter())
     slender = max(0.0, part.quad.length / part.quad.width - 1.25)
-    low = fit.skeleton.rise < least_rise(part.quad.width / 2, parameters)
+    low = fit.skeleton.rise < least_rise(part.quad.width / 2)
     return fit.dearer(math.inf if low else 20 * slender)
 
 
@@ -40,7 +40,7 @@ def sawtooths(part: PartClues, parameters: HypothesisParameters) -> list[Hypothe
         cost, eave, rise = part.of_heights(t)
         gain = part.clues.trust * tooth_gain(part, teeth)
         shape = skeletons.ridge_shape(part.quad)
-        if abs(rise) >= least_rise(length / teeth, parameters):
+        if abs(rise) >= least_rise(length / teeth):
             skeleton = Skeleton(RoofType.SAWTOOTH, part.quad, shape, eave, rise, teeth)
             paid = 3 * part.clues.per_parameter() + parameters.rare_cost
             found.append(Hypothesis(skeleton, cost - gain + paid, paid - gain))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from pydantic import Field
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
@@ -23,7 +22,6 @@ from cityflow.reconstruction.roof_types_parts.line_categories import (
     SortedLines,
     categorise,
 )
-from cityflow.reconstruction.roof_types_parts.ortho_shift import ShiftParameters
 from cityflow.reconstruction.roof_types_parts.outline_sides import sides_of
 from cityflow.reconstruction.roof_types_parts.regular_outline import REACH_M, RegularParameters, Rim, regular_outline
 from cityflow.reconstruction.roof_types_parts.roof_lines import LineParameters, RoofLines
@@ -39,19 +37,20 @@ MOST_OFF = 0.4
 """A roof that leaves more of its heights (share) beyond three sigma is of unknown type."""
 LEAST_CELLS = 4
 """Fewer heights than this tell nothing: a plane has three numbers."""
+STRAIGHTEN_M = 0.3
+"""Bends of the outline below this make no side, m: the accuracy of usual outlines; set by hand."""
+MARGIN_M = 0.5
+"""Heights nearer to the outline than this are not fitted, m: a cell of a usual surface mixes roof and ground."""
 
 
 class RoofTypesParameters(Parameters):
     """How lines are found and sorted, what roofs may look like, and when a roof is of no known type."""
 
     lines: LineParameters = LineParameters()
-    shift: ShiftParameters = ShiftParameters()
     regular: RegularParameters = RegularParameters()
     parts: DecompositionParameters = DecompositionParameters()
     roofs: HypothesisParameters = HypothesisParameters()
     dormers: DormerParameters = DormerParameters()
-    straighten_m: float = Field(0.3, ge=0, le=5, description="bends of the outline below this (m) make no side")
-    margin_m: float = Field(0.5, ge=0, le=5, description="heights nearer to the outline than this (m) are not fitted")
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +82,7 @@ def read(evidence: Evidence, parameters: RoofTypesParameters) -> Reading:
     x0, y0 = (float(np.floor(v)) for v in evidence.outline.bounds[:2])
     origin = (x0, y0, float(np.floor(evidence.ground_height)))
     outline = moved(evidence.outline, -x0, -y0)
-    cells = heights_of.height_cells(evidence, outline, origin, parameters.margin_m)
+    cells = heights_of.height_cells(evidence, outline, origin, MARGIN_M)
     if len(cells) < LEAST_CELLS:
         none = SortedLines(roof_lines.joined([]), np.empty(0, np.int64), np.empty((0, 2)))
         return Reading(
@@ -93,7 +92,7 @@ def read(evidence: Evidence, parameters: RoofTypesParameters) -> Reading:
     lines, detected = find_lines(evidence, origin, outline, levels, parameters)
     fitted = fitted_outline(evidence, origin, outline, lines, parameters)
     if fitted is not outline:
-        inside = heights_of.height_cells(evidence, fitted, origin, parameters.margin_m)
+        inside = heights_of.height_cells(evidence, fitted, origin, MARGIN_M)
         if len(inside) >= LEAST_CELLS:
             cells, levels = inside, heights_of.roof_levels(evidence, fitted, origin, inside)
         else:  # of few points, those at the rim may all lie beyond sides that have moved
@@ -111,7 +110,7 @@ def fitted_outline(
     evidence: Evidence, origin: Origin, outline: Polygon, lines: RoofLines, parameters: RoofTypesParameters
 ) -> Polygon:
     """The outline that roofs are fitted over; the given one itself where there is no reason to doubt it."""
-    sides = sides_of(outline, parameters.straighten_m)
+    sides = sides_of(outline, STRAIGHTEN_M)
     around = heights_of.height_cells(evidence, outline.buffer(REACH_M, join_style="mitre"), origin, 0.0)
     return regular_outline(outline, sides, Rim(around, lines), parameters.regular)
 
@@ -126,7 +125,7 @@ def find_lines(
         lines = roof_lines.merged(raw)
         for each, kept in ((raw, detected), (lines, found)):
             local = each.shifted(-np.asarray(origin[:2]))
-            kept.append(local if picture.true else _over_walls(evidence, local, origin, outline, levels, parameters))
+            kept.append(local if picture.true else _over_walls(evidence, local, origin, outline, levels))
     if not found and evidence.heights is not None:
         lines = roof_lines.merged(roof_lines.relief_lines(evidence.heights, evidence.outline, own))
         found = [lines.shifted(-np.asarray(origin[:2]))]
@@ -139,10 +138,9 @@ def _over_walls(
     origin: Origin,
     outline: Polygon,
     levels: RoofLevels,
-    parameters: RoofTypesParameters,
 ) -> RoofLines:
     """Lines of a plain ortho without the displacement of the roof."""
-    shift = ortho_shift.rim_shift(lines, sides_of(outline, parameters.straighten_m), parameters.shift)
+    shift = ortho_shift.rim_shift(lines, sides_of(outline, STRAIGHTEN_M))
     ground = evidence.ground_height - origin[2]
     z = heights_of.height_at(evidence, origin, lines.ends.mean(axis=1) - shift)
     z = np.clip(np.nan_to_num(z, nan=levels.bottom), levels.bottom, levels.top)

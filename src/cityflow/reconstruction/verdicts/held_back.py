@@ -14,6 +14,8 @@ from cityflow.core.reconstruction import Evidence
 
 PER_METRE = 1000.0
 """Coordinates are hashed in whole millimetres, as surveys deliver them."""
+FOLDS = 4
+"""Each model that tests a unit of few points lacks one of so many points; set by hand."""
 
 
 class HeldBackParameters(Parameters):
@@ -28,7 +30,6 @@ class HeldBackParameters(Parameters):
         le=10_000,
         description="where fewer would be held back, the model is made from all points, and others without some of them test it",
     )
-    folds: int = Field(4, ge=2, le=20, description="each model that tests such a unit lacks one of so many points")
     tests: int = Field(2, ge=1, le=20, description="models that test such a unit, each without other points")
 
 

@@ -13,7 +13,7 @@ from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.reconstruction.choose import Choice, solid_of_method
 from cityflow.reconstruction.model import ModelParameters, model
 from cityflow.reconstruction.verdicts.figures import Figures, HeldBack, figures_of
-from cityflow.reconstruction.verdicts.held_back import groups_of, without_group
+from cityflow.reconstruction.verdicts.held_back import FOLDS, groups_of, without_group
 from cityflow.reconstruction.verdicts.roof_fit import RoofFit, fit_of
 from cityflow.reconstruction.verdicts.survey_edge import survey_end
 from cityflow.reconstruction.verdicts.verdict import judgement_of
@@ -69,10 +69,10 @@ def attributes_of(judged: Judged) -> dict[str, Scalar]:
 def _crossed(choice: Choice, evidence: Evidence, parameters: ModelParameters) -> HeldBack:
     """Distances of some of the points from models that the method of the choice made without them."""
     how, method = parameters.held_back, choice.scores[choice.kept].method
-    group = groups_of(evidence.points.xyz, how.folds)
+    group = groups_of(evidence.points.xyz, FOLDS)
     distance, others = np.full(len(group), np.nan), []
-    for fold in range(min(how.tests, how.folds)):
-        solid = solid_of_method(method, without_group(evidence, fold, how.folds), parameters)
+    for fold in range(min(how.tests, FOLDS)):
+        solid = solid_of_method(method, without_group(evidence, fold, FOLDS), parameters)
         if solid is None:
             continue
         others.append(solid)

@@ -41,14 +41,14 @@ SOLID_WEIGHT = 2.0
 """A square metre seen solid weighs so much more than one seen open."""
 TURN_DEG, BASE_M = 8.0, 1.5
 """Such a wall runs along a main direction of the outline (±), and is seen down to this height (m) over the floor."""
+LEAST_HEIGHT, LEAST_AREA_M2 = 1.8, 2.0
+"""Lowest void (m), a little less than a door; smallest void in plan; set by hand."""
 
 
 class UndersideParameters(Parameters):
     """When a part of a building stands over a void."""
 
     search: bool = Field(True, description="look for voids at all")
-    least_height: float = Field(1.8, gt=0, le=20, description="lowest void (m)")
-    least_area_m2: float = Field(2.0, ge=0, le=100, description="smallest void in plan")
     depth: float = Field(8.0, gt=0, le=50, description="a wall tells of a void no farther (m) before it than this")
     prior: float = Field(0.3, ge=0, le=1, description="share of a column that must be seen open")
     edge_cost: float = Field(0.2, ge=0, le=10, description="m² that a metre of a void's rim costs where no wall stands")
@@ -104,7 +104,7 @@ def find_voids(
     """
     cloud, facades, outline, floor = evidence
     planes = segments.coefficients
-    behind = [f for f in facades if parameters.search and _tells(f, outline, floor, parameters)]
+    behind = [f for f in facades if parameters.search and _tells(f, outline, floor)]
     behind = [f for f in behind if _is_under_roof(f, division, surface, planes)]
     if sum(len(f.points) for f in behind) < parameters.min_points:
         return Voids(surface, {})
@@ -115,19 +115,19 @@ def find_voids(
     ceiling: dict[int, float] = {}
     for part in _connected(division, is_void):
         height = _ceiling(division, part, cloud, behind, outer)
-        if height is not None and height - floor >= parameters.least_height:
+        if height is not None and height - floor >= LEAST_HEIGHT:
             covered = [c for c in part if _lowest_top(division, c, planes[surface[c]]) >= height + LEAST_COVER]
-            if sum(division.area(c) for c in covered) >= parameters.least_area_m2:
+            if sum(division.area(c) for c in covered) >= LEAST_AREA_M2:
                 ceiling.update(dict.fromkeys(covered, height))
     return _merged(division, surface, ceiling)
 
 
-def _tells(facade: Facade, outline: Polygon, floor: float, parameters: UndersideParameters) -> bool:
+def _tells(facade: Facade, outline: Polygon, floor: float) -> bool:
     """A wall known from its outer side, upright from near the floor to above a door's height, well inside the outline."""
     line = facade.line
     if not facade.faces or line.end - line.start < LEAST_LENGTH:
         return False
-    if facade.low - floor > BASE_M or facade.high - floor < parameters.least_height - 0.3:
+    if facade.low - floor > BASE_M or facade.high - floor < LEAST_HEIGHT - 0.3:
         return False
     direction = math.atan2(line.nx, -line.ny) % math.pi
     turn = min(angle_between(direction, d) for d in main_directions(outline))
