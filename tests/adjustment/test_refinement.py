@@ -10,8 +10,10 @@ import pytest
 from adjustment.scenes import CAMERA, PIXEL_M, disturbed, parallax_px, scene
 from cityflow.adjustment.block import Block, interior_change, rotation_of, vector_of, with_interior
 from cityflow.adjustment.bundle import AdjustmentParameters
-from cityflow.adjustment.refinement import refined, weak_images
+from cityflow.adjustment.control_check import placed
+from cityflow.adjustment.refinement import on_given_ground, refined, weak_images
 from cityflow.adjustment.triangulation import triangulated
+from cityflow.geometry.similarity import Similarity
 
 PLAIN = AdjustmentParameters()
 
@@ -101,11 +103,32 @@ def test_the_ground_stays_where_it_was_given_though_a_camera_is_calibrated() -> 
     found = refined(given, truth.ties, AdjustmentParameters(calibrate=True))
     block = Block.of(given, found.origin)
     ground = triangulated(block, found.adjusted.ties).xyz + found.origin
-    assert np.abs(np.median(found.xyz - ground, axis=0))[:2].max() < 1e-9
+    off = found.xyz - ground
+    assert np.abs(np.median(off, axis=0)).max() < 0.2 * PIXEL_M
+    middle = found.xyz[:, :2] - found.xyz[:, :2].mean(axis=0)
+    slope = np.linalg.lstsq(np.column_stack([np.ones(len(off)), middle]), off[:, 2], rcond=None)[0][1:]
+    assert np.abs(slope).max() < 1e-3, "nor is it tilted"
     stated = refined(given, truth.ties, AdjustmentParameters(calibrate=True, position_sigma_m=0.02))
     moved = np.mean([i.centre - g.centre for i, g in zip(stated.images, given, strict=True)], axis=0)
     assert np.linalg.norm(moved) < 0.02, "stated positions hold the block instead"
     assert parallax_px(found.images, truth) == pytest.approx(parallax_px(stated.images, truth), abs=0.1)
+
+
+def test_a_block_that_was_tilted_shifted_and_scaled_goes_back_to_the_ground_that_was_given() -> None:
+    truth = scene(10)
+    given = Block.of(truth.images, np.zeros(3))
+    given = triangulated(replace(given, xyz=np.zeros((truth.ties.points, 3))), truth.ties)
+    middle = given.xyz.mean(axis=0)
+    moved = placed(
+        given,
+        Similarity.about(middle, 1.002, rotation_of(np.radians([[0.6, -0.3, 0.1]]))[0], np.array([1.0, -0.5, 0.3])),
+    )
+    back = on_given_ground(moved, truth.ties, given)
+    assert np.abs(moved.xyz - given.xyz).max() > 10 * PIXEL_M
+    assert np.abs(back.xyz - given.xyz).max() < 0.01 * PIXEL_M
+    assert np.abs(back.centres - given.centres).max() < 0.01 * PIXEL_M
+    near = placed(given, Similarity(1.0, np.eye(3), np.array([0.3 * PIXEL_M, 0.0, 0.0])))
+    assert on_given_ground(near, truth.ties, given) is near, "less than a pixel shows nowhere"
 
 
 def test_a_lens_that_the_ties_do_not_show_stays_as_it_was_given() -> None:
