@@ -2,6 +2,7 @@
 
     python benchmarks/verdicts.py --cache FOLDER                    # judge the committed calibration on towns that it was not fitted on
     python benchmarks/verdicts.py --cache FOLDER --fit --write      # fit it anew, and write it into `reconstruction/verdicts/fitted_weights.py`
+    python benchmarks/verdicts.py --cache FOLDER --fit --write --surveys matched      # the calibration of matched surfaces alone
 
 A town has some 110 units (`verdict_cases.py`): half of them sound, the others spoilt in one of fourteen ways, at 0.7 to 20 points per m², and eight cluttered
 old houses. The threshold of `good` is set on the towns of the fit, each judged by a fit to the others: the least with the shares aimed at. A town takes
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import pickle
+import re
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -41,15 +43,18 @@ SURVEYS: Mapping[str, Callable[[int], Iterator[Case]]] = {
 SCALES: dict[str, tuple[float, ...]] = {
     "off": (0.01, 0.1), "worst": (0.02, 0.2), "unseen": (0.01, 0.1), "loose": (0.01, 0.1), "strange": (0.01, 0.1), "unsure": (0.01, 0.1),
     "missed": (0.01, 0.05), "misplaced": (0.05, 0.5), "beside": (0.05,), "error_m": (0.05, 0.3), "few": (0.1, 0.5),
-    "steps": (0.05, 0.5), "shared": (0.02,), "divided": (0.01,),
+    "steps": (0.05, 0.5), "shared": (0.02,), "divided": (0.01,), "slight": (0.02, 0.2),
 }  # fmt: skip
 """At which values a figure may begin to matter; the fit chooses the weights, none negative."""
 TERMS = tuple((figure, scale) for figure, scales in SCALES.items() for scale in scales)
 OUTLINE_ALONE = frozenset({"beside"})
 """A roof that goes on beyond a given outline may be another building: a doubt, but it makes no unit poor."""
-CALIBRATED = {"SCANNED": ("scanned", "sparse"), "MATCHED": ("matched",)}
-"""Which surveys each calibration is for."""
-FIRST = "SCANNED = "
+OF_MATCHED_ALONE = frozenset({"slight"})
+"""Only errors that neighbouring points share make planes; those of a scanner are every point's own."""
+CALIBRATED = {"SCANNED": (("scanned", "sparse"), OF_MATCHED_ALONE), "MATCHED": (("matched",), frozenset[str]())}
+"""Which surveys each calibration is for, and the figures that do not count there."""
+BLOCK = r"^{} = Calibration\(\n.*?^\)  # fmt: skip\n"
+"""What `fitted_weights.py` has of a calibration."""
 POOR_BELOW = 0.5
 RIDGE, LEAST_WEIGHT = 0.05, 0.005
 GOOD_SHARE, FAIR_SHARE = 0.95, 0.8
@@ -109,11 +114,11 @@ def fitted(rows: Sequence[Row], share: float, without: frozenset[str] = frozense
     return Logistic(share, round(float(w[0]), 3), kept)
 
 
-def threshold(rows: Sequence[Row]) -> float:
+def threshold(rows: Sequence[Row], without: frozenset[str]) -> float:
     """The least probability with the shares aimed at, every town judged by a fit to the others."""
     probability, good = [], []
     for seed in sorted({r.seed for r in rows}):
-        model = fitted([r for r in rows if r.seed != seed], GOOD_SHARE)
+        model = fitted([r for r in rows if r.seed != seed], GOOD_SHARE, without)
         own = [r for r in rows if r.seed == seed and r.figures is not None]
         probability += [probability_of(r.figures, model) for r in own if r.figures is not None]
         good += [r.true >= GOOD_SHARE for r in own]
@@ -126,19 +131,27 @@ def threshold(rows: Sequence[Row]) -> float:
     return 0.99
 
 
-def calibration(rows: Sequence[Row]) -> str:
-    """The fitted models and thresholds, as Python."""
-    found = []
-    for name, surveys in CALIBRATED.items():
+def calibrations(rows: Sequence[Row]) -> dict[str, str]:
+    """The fitted models and thresholds, as Python, of the surveys that there are rows of."""
+    found = {}
+    for name, (surveys, without) in CALIBRATED.items():
         mine = [r for r in rows if r.survey in surveys]
-        models = _as_python(fitted(mine, GOOD_SHARE)) + _as_python(fitted(mine, FAIR_SHARE, OUTLINE_ALONE))
-        found.append(f"{name} = Calibration(\n{models}    {threshold(mine)}, {POOR_BELOW},\n)  # fmt: skip\n")
-    return "".join(found)
+        if {r.survey for r in mine} == set(surveys):
+            good, fair = fitted(mine, GOOD_SHARE, without), fitted(mine, FAIR_SHARE, without | OUTLINE_ALONE)
+            models = _as_python(good) + _as_python(fair)
+            least = threshold(mine, without)
+            found[name] = f"{name} = Calibration(\n{models}    {least}, {POOR_BELOW},\n)  # fmt: skip\n"
+    return found
 
 
 def _as_python(model: Logistic) -> str:
-    lines = "\n".join(f'        Term("{t.figure}", {t.scale}, {t.weight:.3f}),' for t in model.terms)
-    return f"    Logistic({model.share}, {model.base:.3f}, (\n{lines}\n    )),\n"
+    """A row for each figure."""
+    rows = [
+        ", ".join(f'Term("{t.figure}", {t.scale}, {t.weight:.3f})' for t in model.terms if t.figure == figure)
+        for figure in dict.fromkeys(t.figure for t in model.terms)
+    ]
+    lines = "".join(f"        {row},\n" for row in rows)
+    return f"    Logistic({model.share}, {model.base:.3f}, (\n{lines}    )),\n"
 
 
 def _shares(called: BoolArray, good: BoolArray) -> str:
@@ -190,11 +203,13 @@ def main() -> None:
     start = time.process_time()
     if asked.fit:
         rows = [r for seed in asked.fitted for r in rows_of(seed, asked.cache, asked.surveys)]
-        written = calibration(rows)
-        print(written)
+        path = Path(weights_module.__file__)
+        text = path.read_text()
+        for name, written in calibrations(rows).items():
+            print(written)
+            text = re.sub(BLOCK.format(name), written, text, count=1, flags=re.MULTILINE | re.DOTALL)
         if asked.write:
-            path = Path(weights_module.__file__)
-            path.write_text(path.read_text().partition(FIRST)[0] + written)
+            path.write_text(text)
     else:
         report([r for seed in asked.judged for r in rows_of(seed, asked.cache, asked.surveys)])
     print(f"{time.process_time() - start:.0f} s of processor time")

@@ -2,7 +2,9 @@
 
     python benchmarks/verdicts_run.py RUN TRUTH          # TRUTH: what `cityflow synth` made
 
-Every building is held against the true units of which most stands in its outline; the true share counts what it misses of their walls, and what it has beyond.
+Every building is held against the true units of which most stands in its outline, or that hold most of it; the true share counts what it misses of
+their walls, and what it has beyond. Where another building of the run stands on a part of such a unit, that building is judged there: a unit cut in two
+is no fault of a roof.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import shapely
+from shapely import MultiPolygon, Polygon
 
 from cityflow.core.building import Building, Lod
 from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY, Verdict
@@ -31,12 +34,17 @@ def units_of(truth: Path) -> tuple[Unit, ...]:
     return make_town(p.seed, p.whole_town).units
 
 
-def share_of(building: Building, units: tuple[Unit, ...], tree: shapely.STRtree) -> float:
-    """Share of the roof within 20 cm of the truth."""
-    near = [units[k] for k in np.sort(tree.query(building.footprint, predicate="dwithin", distance=AROUND_M))]
-    inside = [shapely.intersection(building.footprint, u.wall_outline).area > MOST * u.wall_outline.area for u in near]
-    own = [u for u, is_in in zip(near, inside, strict=True) if is_in]
-    return true_share(building.solids[Lod.LOD22], true_places(own, building.footprint, near), building.footprint)
+def share_of(
+    building: Building, others: Polygon | MultiPolygon, units: tuple[Unit, ...], tree: shapely.STRtree
+) -> float:
+    """Share of the roof within 20 cm of the truth; `others`: outlines of the other buildings around."""
+    outline = building.footprint
+    near = [units[k] for k in np.sort(tree.query(outline, predicate="dwithin", distance=AROUND_M))]
+    shared = [shapely.intersection(outline, u.wall_outline).area for u in near]
+    own = [u for u, m2 in zip(near, shared, strict=True) if m2 > MOST * min(u.wall_outline.area, outline.area)]
+    places = true_places(own, outline, near)
+    inside, elsewhere = (shapely.contains_xy(p, places[:, 0], places[:, 1]) for p in (outline, others))
+    return true_share(building.solids[Lod.LOD22], places[inside | ~elsewhere], outline)
 
 
 def main() -> None:
@@ -47,8 +55,10 @@ def main() -> None:
     units = units_of(asked.truth)
     tree = shapely.STRtree([u.wall_outline for u in units])
     rows = []
-    for building in sorted(buildings_of(asked.run), key=lambda b: b.id):
-        verdict, share = Verdict(str(building.attributes[VERDICT_KEY])), share_of(building, units, tree)
+    buildings = sorted(buildings_of(asked.run), key=lambda b: b.id)
+    for building in buildings:
+        others = shapely.union_all([b.footprint for b in buildings if b is not building])
+        verdict, share = Verdict(str(building.attributes[VERDICT_KEY])), share_of(building, others, units, tree)
         rows.append((verdict is Verdict.GOOD, share >= GOOD_SHARE))
         said = f"{verdict:4} {float(building.attributes[PROBABILITY_KEY] or 0):.3f}"
         print(f"{building.id:30} {said} true {100 * share:5.1f} % {building.attributes[REASON_KEY]}")

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from shapely import LineString
 
+from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.reconstruction import Evidence
+from cityflow.geometry.roof_distances import roof_hits
 from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.model import ModelParameters
-from cityflow.reconstruction.verdicts.figures import Figures
+from cityflow.reconstruction.verdicts.figures import Figures, roof_places
 from cityflow.reconstruction.verdicts.judge import judged_model
-from cityflow.reconstruction.verdicts.roof_parts import plane_count, step_length
+from cityflow.reconstruction.verdicts.roof_parts import plane_count, slight_share, step_length
 from roof_scenes import ORIGIN, OUTLINE, SCENES, scan
 
 
@@ -52,3 +55,25 @@ def test_noise_counts_by_the_number_of_planes() -> None:
     hip, gable = (figures_of_unit(scan(SCENES[name][0], OUTLINE, 12.0, 0.05, 1)) for name in ("hip", "gable"))
     assert hip.divided == pytest.approx(4 * hip.noise / 96.0**0.5)
     assert hip.divided > 1.5 * gable.divided
+
+
+@pytest.mark.parametrize(
+    ("step", "noise", "share"),
+    [(0.4, 0.02, 0.0), (0.4, 0.1, 5 / 12 * np.exp(-0.32)), (1.2, 0.1, 5 / 12 * np.exp(-2.88)), (0.15, 0.1, 0.0)],
+)
+def test_a_plane_near_a_larger_one_may_be_of_noise(step: float, noise: float, share: float) -> None:
+    """The smaller part of the roof counts, where it is more than 20 cm and only a few times the noise away; not for what is one plane or far apart."""
+
+    def level(x: FloatArray, _: FloatArray) -> FloatArray:
+        return np.where(x < 7, 6.0, 6.0 + step)
+
+    evidence = scan(level, OUTLINE, 12.0, 0.005, 1)
+    solid, places = solid_of(evidence), roof_places(evidence.outline)
+    face, _ = roof_hits(solid, np.column_stack([places, np.zeros(len(places))]))
+    assert slight_share(solid, face, places, noise) == pytest.approx(share, abs=0.01)
+
+
+def test_planes_of_plain_roofs_are_not_doubted() -> None:
+    for name in ("gable", "hip", "parallel slopes"):
+        evidence = scan(SCENES[name][0], OUTLINE, 12.0, 0.03, 1)
+        assert figures_of_unit(replace(evidence, matched=True)).slight < 0.001

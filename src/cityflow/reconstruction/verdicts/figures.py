@@ -17,7 +17,7 @@ from cityflow.geometry.roof_distances import NEAR, distances_to_roof, roof_hits
 from cityflow.reconstruction.verdicts.no_roof import Kind
 from cityflow.reconstruction.verdicts.placement import placement_of
 from cityflow.reconstruction.verdicts.roof_fit import RoofFit
-from cityflow.reconstruction.verdicts.roof_parts import plane_count, step_length
+from cityflow.reconstruction.verdicts.roof_parts import plane_count, slight_share, step_length
 from cityflow.reconstruction.verdicts.surroundings import SEEN_M, SEEN_SPACINGS, beside_of, surroundings_of
 
 PLACES, STEP_M = 1200, (0.2, 1.0)
@@ -51,6 +51,7 @@ class Figures:
     steps : metres of walls within the outline, by the roof's area, times the spacing of points: where a step stands is known no better
     shared : share of the outline that touches other units, times `few`: what hangs over from there is seen by points alone
     divided : number of planes times `noise`, by the root of the roof's area: of many small planes under noisy points some are wrong
+    slight : of the roof's area, planes that depart from a larger one by more than 20 cm, but by little more than noise; of matched surfaces
     points : number of roof points
     held : number of roof points held back
     matched : points are of a surface that was matched or given, not a scanner's
@@ -71,6 +72,7 @@ class Figures:
     steps: float
     shared: float
     divided: float
+    slight: float
     points: int
     held: int
     matched: bool = False
@@ -118,6 +120,7 @@ def figures_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit, held: HeldBa
         steps=step_length(solid, evidence.outline) / evidence.outline.area / math.sqrt(fit.density),
         shared=sum(p.length for p in evidence.party) / evidence.outline.length * few,
         divided=plane_count(solid) * fit.noise / math.sqrt(evidence.outline.area),
+        slight=slight_share(solid, face, places, fit.noise) if evidence.matched else 0.0,
         points=int(roof.sum()),
         held=int(judged.sum()),
         matched=evidence.matched,

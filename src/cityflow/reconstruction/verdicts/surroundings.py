@@ -9,19 +9,18 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.reconstruction import Evidence
 from cityflow.geometry.outline_distances import distances_to_outline
 from cityflow.geometry.roof_distances import NEAR
 from cityflow.reconstruction.verdicts.roof_fit import RoofFit
+from cityflow.reconstruction.verdicts.roof_parts import planes_at
 
 BESIDE_M = (1.0, 2.0)
 """Where a roof that goes on beyond the outline would have points; nearer are eaves; set by hand, as are those below."""
 SEEN_SPACINGS, SEEN_M = 1.2, (0.3, 3.0)
 """A place is seen where a roof point is within this many spacings of points, within bounds; evenly strewn points leave out one place of a hundred."""
-LEAST_UPWARD = 1e-3
-"""Faces less turned upwards are walls; rounding."""
 BELOW_M = 0.5
 """What is so far below the roof's plane may be its wall."""
 
@@ -61,7 +60,7 @@ def surroundings_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit) -> Surr
         none = np.empty(0)
         return Surroundings(np.empty((0, 3)), none, none, roof)
     face = fit.face[fit.explained][cKDTree(roof[:, :2]).query(xyz[:, :2])[1]]
-    above, outside = xyz[:, 2] - _planes_at(solid, face, xyz[:, :2]), np.full(len(xyz), np.nan)
+    above, outside = xyz[:, 2] - planes_at(solid, face, xyz[:, :2]), np.full(len(xyz), np.nan)
     near = np.abs(above) <= NEAR
     outside[near] = distances_to_outline(evidence.outline, xyz[near])
     return Surroundings(xyz, above, outside, roof)
@@ -85,16 +84,3 @@ def beside_of(evidence: Evidence, around: Surroundings, density: float) -> float
     reach = max(BESIDE_M[1] - BESIDE_M[0], SEEN_SPACINGS / math.sqrt(density))
     joined = cKDTree(bridge).query(outside)[0] <= reach
     return min(float(joined.sum()) / ring.area / density, 2.0)
-
-
-def _planes_at(solid: Polyhedron, faces: IntArray, xy: FloatArray) -> FloatArray:
-    """(N,) heights of the planes of some faces at places that may lie beyond them, metres."""
-    z = np.full(len(xy), np.nan)
-    for face in np.unique(faces[faces >= 0]):
-        corners = solid.ring(solid.faces[face].rings[0])
-        middle = corners.mean(axis=0)
-        normal = np.linalg.svd(corners - middle, full_matrices=False)[2][-1]
-        here = faces == face
-        if abs(normal[2]) > LEAST_UPWARD:
-            z[here] = middle[2] - ((xy[here] - middle[:2]) @ normal[:2]) / normal[2]
-    return z
