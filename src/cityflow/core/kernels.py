@@ -21,11 +21,12 @@ def njit(**options: Any) -> Any:
     """`numba.njit`, whose cache knows the functions and constants that come from other files.
 
     numba compares the function's own file alone: an old kernel that calls a changed one crashes or counts wrongly. And a call with
-    a constant is like any other here: numba would compile the kernel once more for it.
+    a constant is like any other here: numba would compile the kernel once more for it. C never calls a kernel: what would let it is
+    not compiled.
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
-        kernel = numba.njit(**options)(function)
+        kernel = numba.njit(no_cfunc_wrapper=True, **options)(function)
         kernel.get_call_template = partial(_template_by_types, kernel.get_call_template)
         if options.get("cache"):
             kept = kernel._cache._cache_file
