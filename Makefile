@@ -13,19 +13,14 @@ export MKL_NUM_THREADS = 1
 # Every run starts many interpreters: without bytecode each would translate all libraries again, which takes seconds
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test tests doctests check lint types layers spelling bench view-bundle clean
+.PHONY: demo test check lint types layers spelling bench view-bundle clean
 
 demo: $(VENV)/.runtime
 	$(BIN)/cityflow demo --out $(RUN) --workers $(WORKERS)
 
 # Two processes more than cores, since those with a cluster mostly wait for it. Which tests stay in one process: tests/shared_processes.py
-tests: $(VENV)/.dev
+test: $(VENV)/.dev
 	$(BIN)/pytest -q -n $(TESTERS) --dist loadfile --no-loadscope-reorder
-
-doctests: $(VENV)/.dev
-	$(BIN)/pytest -q --doctest-modules src/cityflow
-
-test: tests doctests
 
 check: lint types layers spelling
 
