@@ -1,7 +1,7 @@
 """Which tests run in one process, after the other: those that use the same cluster, finished runs, browser or made scenes.
 
 All others of a file stay together, since they share what is compiled and made once. The first here are begun first: they take longest, and wait
-while their workers are at work.
+while their workers are at work. A long file that would come last by its name is here, too: one process alone would end it.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ TOGETHER = {
         "flow/test_store_outage.py",
     ),
     "a browser and the painted town": ("browser", "reporting/test_report_pages.py", "reporting/test_view.py"),
+    "photographs without poses": ("workflow/test_orient_photographs.py",),
     "windows": ("windows",),
     "made surfaces": ("surface/test_dtm.py", "surface/test_tile_surface.py"),
 }
