@@ -150,6 +150,13 @@ def test_a_child_that_leaks_is_renewed(store: Store) -> None:
     assert max(reply.peak_mb for reply in replies) < 300
 
 
+def test_a_child_that_holds_free_memory_is_not_renewed(store: Store) -> None:
+    sandbox = Sandbox(Renewal(tasks=1000, rss_mb=350))
+    pids = {sandbox.run(store, toy("u", "fragmented")).outcome.result["pid"] for _ in range(12)}
+    sandbox.close()
+    assert len(pids) == 1
+
+
 def test_what_the_unit_started_dies_with_it(shared: Sandbox, store: Store) -> None:
     shared.run(store, toy("u", "grandchild", limits=limits(time_s=0.7)))
     pid = int(store.read_bytes("grandchild"))

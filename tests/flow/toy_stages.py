@@ -115,6 +115,14 @@ def leak(workspace: Workspace, task: Task) -> Outcome:
     return workspace.outcome(result={"pid": os.getpid()})
 
 
+def fragmented(workspace: Workspace, task: Task) -> Outcome:
+    """Leaves little alive at the end of a heap that grows from task to task, each too small to be trimmed after it."""
+    large = bytearray(b"\1" * ((50 + 5 * len(LEAK)) << 20))
+    LEAK.append(bytearray(b"\1" * (64 << 10)))
+    del large
+    return workspace.outcome(result={"pid": os.getpid()})
+
+
 def endless(workspace: Workspace, task: Task) -> Outcome:
     while True:
         pass

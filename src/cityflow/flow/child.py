@@ -78,14 +78,15 @@ def _import(function: str) -> Reply:
     return Reply(Ending.RETURNED, Outcome())
 
 
-def _run(store: Store, task: Task) -> Reply:
+def _run(store: Store, task: Task, trim_mb: float) -> Reply:
+    """`trim_mb`: holding more than this after the task, the child hands its heap back."""
     _reset_peak()
     before = _status_mb("VmRSS")
     start = time.perf_counter()
     reply = _called_checked(store, task)
     seconds = time.perf_counter() - start
     peak, after = _status_mb("VmHWM"), _status_mb("VmRSS")
-    if peak - before > TRIM_ABOVE_MB:
+    if peak - before > TRIM_ABOVE_MB or after > trim_mb:
         after = _trimmed_mb()
     return replace(reply, seconds=seconds, peak_mb=max(peak, after), rss_mb=after)
 

@@ -76,6 +76,9 @@ _COMMAND = (
 """The child finds the same code as its parent, also where the parent's path was changed after its start."""
 
 
+TRIM_SHARE = 0.7
+"""Of what a child may hold before it is replaced: from here on it hands its heap back, which many small tasks would otherwise fill."""
+
 Covers = Callable[[float], bool]
 
 
@@ -132,7 +135,7 @@ class Sandbox:
             if reply.ending is not Ending.RETURNED:
                 return reply
             child.functions.add(task.function)
-        reply = self._ask(child, (store, task), task.limits)
+        reply = self._ask(child, (store, task, TRIM_SHARE * self._renewal.rss_mb), task.limits)
         child.tasks += 1
         if self._child and (child.tasks >= self._renewal.tasks or reply.rss_mb > self._renewal.rss_mb):
             self.close()
