@@ -70,7 +70,7 @@ def normals(voxels: Voxels, columns: Columns, radius: float, band: float, least:
     n = len(voxels)
     out = np.full((n, FOUND), np.nan, np.float32)
     angles = np.arange(DIRECTIONS) * np.pi / DIRECTIONS
-    votes = np.column_stack([np.cos(angles), np.sin(angles)])
+    votes = np.stack([np.cos(angles), np.sin(angles)])
     _planes(Neighbourhoods.of(voxels, columns, radius), band, least, votes, out)
     return Normals(out[:, :SCATTER], out[:, SCATTER], out[:, SHARE], out[:, OFFSET])
 
@@ -100,6 +100,7 @@ def _planes(around: Neighbourhoods, band: float, least: int, votes: FloatArray, 
         largest = max(largest, start[place + 1] - start[place])
     near = np.empty(((2 * reach + 1) ** 2 * largest, 3))
     column = np.empty(((2 * reach + 1) ** 2, 3))
+    totals = np.empty(votes.shape[1])
     for v in range(len(xyz)):
         count, held = 0, 0
         for r in range(row[v] - reach, row[v] + reach + 1):
@@ -122,23 +123,23 @@ def _planes(around: Neighbourhoods, band: float, least: int, votes: FloatArray, 
                     held += 1
         if count < least:
             continue
-        nx, ny = _voted(column[:held], votes, band)
+        nx, ny = _voted(column[:held], votes, band, totals)
         _adjusted(near[:count], nx, ny, band, out[v])
 
 
 @njit(cache=True, nogil=True)
-def _voted(column: FloatArray, votes: FloatArray, band: float) -> tuple[float, float]:
-    """The direction whose upright plane through the origin has most neighbours near it."""
-    best, found = -1.0, 0
+def _voted(column: FloatArray, votes: FloatArray, band: float, totals: FloatArray) -> tuple[float, float]:
+    """The direction whose upright plane through the origin has most neighbours near it; all directions at once, so that they become vectors."""
+    towards_x, towards_y = votes[X], votes[Y]
     reach = 4.0 * band * band
-    for k in range(len(votes)):
-        total = 0.0
-        for j in range(len(column)):
-            d = votes[k, X] * column[j, X] + votes[k, Y] * column[j, Y]
-            total += column[j, POINTS] * max(0.0, 1.0 - d * d / reach)
-        if total > best:
-            best, found = total, k
-    return votes[found, X], votes[found, Y]
+    totals[:] = 0.0
+    for j in range(len(column)):
+        x, y, points = column[j, X], column[j, Y], column[j, POINTS]
+        for k in range(DIRECTIONS):
+            d = towards_x[k] * x + towards_y[k] * y
+            totals[k] += points * max(0.0, 1.0 - d * d / reach)
+    found = np.argmax(totals)
+    return towards_x[found], towards_y[found]
 
 
 @njit(cache=True, nogil=True)

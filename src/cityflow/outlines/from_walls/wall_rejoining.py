@@ -13,6 +13,8 @@ from cityflow.outlines.from_walls.wall_segments import PointIndex, SegmentRules,
 
 STEP_M = 0.25
 """Gaps are looked at for points every so many metres; set by hand on synthetic towns."""
+ROUNDED_M = 1e-6
+"""Far more than a distance is rounded by."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,18 +40,46 @@ def merged(segments: list[WallSegment], index: PointIndex, rules: SegmentRules, 
 
     Longest first; each takes its nearest mate until it finds none. A joint line must explain both as well as they were.
     """
-    left = sorted((p for p in segments if not p.curved), key=_by_length)
+    left = _Left(sorted((p for p in segments if not p.curved), key=_by_length))
     done = [p for p in segments if p.curved]
-    while left:
-        segment = left.pop(0)
+    while left.segments:
+        segment = left.without(0)
         while True:
             mate = _mate(segment, left, index, rules, merge)
             if mate is None:
                 break
             number, segment = mate
-            left.pop(number)
+            left.without(number)
         done.append(segment)
     return done
+
+
+class _Left:
+    """Segments that wait to be joined, the longest first, with what tells at once which of them may be of one line with another.
+
+    Attributes
+    ----------
+    ends : (N, 2, 2) where each begins and ends, world metres;  way : (N, 2) unit vector from there to there
+    """
+
+    def __init__(self, segments: list[WallSegment]) -> None:
+        self.segments = segments
+        self.ends = np.array([s.ends for s in segments]).reshape(-1, 2, 2)
+        self.way = np.array([_direction(s) for s in segments]).reshape(-1, 2)
+
+    def without(self, number: int) -> WallSegment:
+        """Take one of them away."""
+        self.ends, self.way = np.delete(self.ends, number, axis=0), np.delete(self.way, number, axis=0)
+        return self.segments.pop(number)
+
+    def alike(self, segment: WallSegment, merge: MergeRules) -> list[int]:
+        """Numbers of those that `_gap` must be asked about."""
+        direction, (x, y) = _direction(segment), self.way.T
+        turned = (np.abs(direction[0] * y - direction[1] * x) > merge.turn) | (direction[0] * x + direction[1] * y <= 0)
+        off = np.abs(segment.fit.distance(self.ends.reshape(-1, 2))).reshape(-1, 2).max(axis=1)
+        shorter = np.array([s.length <= segment.length for s in self.segments], np.bool_)
+        near: list[int] = np.flatnonzero(~turned & ~(shorter & (off > merge.offset + ROUNDED_M))).tolist()
+        return near
 
 
 def _by_length(segment: WallSegment) -> tuple[float, float, float]:
@@ -58,9 +88,10 @@ def _by_length(segment: WallSegment) -> tuple[float, float, float]:
 
 
 def _mate(
-    segment: WallSegment, others: list[WallSegment], index: PointIndex, rules: SegmentRules, merge: MergeRules
+    segment: WallSegment, left: _Left, index: PointIndex, rules: SegmentRules, merge: MergeRules
 ) -> tuple[int, WallSegment] | None:
-    near = [(gap, k) for k, other in enumerate(others) if (gap := _gap(segment, other, merge)) is not None]
+    others = left.segments
+    near = [(gap, k) for k in left.alike(segment, merge) if (gap := _gap(segment, others[k], merge)) is not None]
     for gap, k in sorted(near):
         other = others[k]
         if gap > merge.blind and not _bridged(segment, other, index, rules):
@@ -72,11 +103,7 @@ def _mate(
 
 
 def _gap(segment: WallSegment, other: WallSegment, merge: MergeRules) -> float | None:
-    """Metres between two segments along their line, negative where they overlap; None where they are not of one line."""
-    direction, others_direction = _direction(segment), _direction(other)
-    turn = direction[0] * others_direction[1] - direction[1] * others_direction[0]
-    if abs(turn) > merge.turn or direction @ others_direction <= 0:
-        return None
+    """Metres between two segments of one direction along their line, negative where they overlap; None where they are not of one line."""
     long, short = (segment, other) if segment.length >= other.length else (other, segment)
     if np.abs(long.fit.distance(short.ends)).max() > merge.offset:
         return None
