@@ -12,6 +12,7 @@ from box_scene import BOXES, BoxScene, nadir_views, oblique_views
 from cityflow.core.camera import OrientedImage
 from cityflow.core.depth_map import DepthMap, points_of
 from cityflow.surface import witnesses
+from cityflow.surface.witness_views import RUN, in_view, may_see, run_boxes, view_of
 from cityflow.surface.witnesses import Witness, WitnessParameters, without_refuted, words_for
 
 AROUND = (-12.0, -10.0, 12.0, 10.0)
@@ -152,6 +153,30 @@ def test_the_part_of_a_tile_is_cut_out(images: list[OrientedImage]) -> None:
     inside = asked(images[0], made)[40:90, 50:130]
     assert np.array_equal(np.isfinite(kept.depth), inside)
     assert (kept.views[inside] == 2).all()
+
+
+def test_runs_of_points_that_are_left_out_have_none_in_view(images: list[OrientedImage]) -> None:
+    """Points in front of a camera, beside its view and behind it, in runs that lie close together."""
+    rng = np.random.default_rng(5)
+    around = rng.uniform((-400, -400, -60), (400, 400, 200), (40, 3))
+    xyz = (around[:, None] + rng.normal(0.0, 8.0, (40, RUN, 3))).reshape(-1, 3)[: 39 * RUN + 17]
+    boxes, kept = run_boxes(xyz), 0
+    views = [view_of(image, (0, 0), (image.camera.height, image.camera.width)) for image in images]
+    assert may_see(views, boxes).all()
+    for image, view in zip(images, views, strict=True):
+        local = image.in_camera(xyz)
+        expected, limits = local[:, :2] / local[:, 2:], np.array(view.limits)
+        inside = (local[:, 2] > 0) & (expected >= limits[:2]).all(axis=1) & (expected <= limits[2:]).all(axis=1)
+        at, normal, depth, _ = in_view(xyz, boxes, view)
+        assert at.tolist() == np.flatnonzero(inside).tolist()
+        assert np.allclose(normal, expected[inside])
+        assert np.allclose(depth, local[inside, 2])
+        kept += len(at)
+        for run in range(40):
+            part = slice(run * RUN, (run + 1) * RUN)
+            assert may_see([view], run_boxes(xyz[part])).all() or not inside[part].any()
+    assert kept > 1000
+    assert not may_see(views, run_boxes(xyz + np.array([0.0, 0.0, 2e4]))).any()
 
 
 @pytest.mark.parametrize("noise_m", [0.05, 0.5])

@@ -16,6 +16,8 @@ from cityflow.core.pixels import level_shape
 PERSPECTIVE, FISHEYE = "perspective", "fisheye"
 UNDISTORT_STEPS = 20
 """Fixed-point steps at most; they end where nothing changes."""
+UNDISTORTED = 1e-11
+"""Steps smaller than this change nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +96,7 @@ class Camera:
             x, y = _brown(guess[..., 0], guess[..., 1], self.distortion)
             step = target - np.stack([x, y], axis=-1)
             guess += step
-            if float(np.max(np.abs(step), initial=0.0)) < 1e-11:
+            if float(np.max(np.abs(step), initial=0.0)) < UNDISTORTED:
                 break
         return guess
 

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray, numbers_of
 from cityflow.core.camera import OrientedImage
+from cityflow.core.grid import Box
 from cityflow.core.kernels import njit
+from cityflow.core.lens import undistorted
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +63,12 @@ class ImagePoints:
     def __len__(self) -> int:
         return len(self.xyz)
 
+    @property
+    def box(self) -> Box:
+        """Around the points, of which there are some."""
+        found: Box = _box(self.xyz)
+        return found
+
     def take(self, chosen: BoolArray | IntArray) -> ImagePoints:
         """Some of the points: by a mask, or by their numbers."""
         at = numbers_of(chosen)
@@ -73,6 +81,18 @@ class ImagePoints:
         """The same points in a frame whose coordinates are frame_from_world · (world - origin)."""
         moved, centres = ((xyz - origin) @ frame_from_world.T for xyz in (self.xyz, self.centres))
         return ImagePoints(moved, self.colour, self.image, self.views, self.sigma, self.names, centres)
+
+
+@njit(cache=True, nogil=True)
+def _box(xyz):  # type: ignore[no-untyped-def]
+    """In one pass; numpy takes ten times as long for the least of three columns side by side."""
+    x_0, y_0, z_0 = xyz[0, 0], xyz[0, 1], xyz[0, 2]
+    x_1, y_1, z_1 = x_0, y_0, z_0
+    for i in range(len(xyz)):
+        x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
+        x_0, y_0, z_0 = min(x, x_0), min(y, y_0), min(z, z_0)
+        x_1, y_1, z_1 = max(x, x_1), max(y, y_1), max(z, z_1)
+    return x_0, y_0, z_0, x_1, y_1, z_1
 
 
 def points_of(depth_map: DepthMap, image: OrientedImage) -> ImagePoints:
@@ -100,7 +120,7 @@ def world_points(depth: Float32Array, corner: tuple[int, int], image: OrientedIm
         lens = 1.0 / camera.fx, 1.0 / camera.fy, camera.cx, camera.cy
         return pixel, _by_pinhole(depth, pixel, place, lens, image.rotation, image.centre)
     rows, cols = np.divmod(pixel, depth.shape[1])
-    normal = camera.undistort(np.column_stack([cols + place[1], rows + place[0]]))
+    normal = undistorted(camera, np.column_stack([cols + place[1], rows + place[0]]))
     return pixel, _placed(depth.ravel(), pixel, normal, image.rotation, image.centre)
 
 

@@ -8,9 +8,8 @@ stands in front of a point only hides it and says nothing.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -20,13 +19,12 @@ from cityflow.core.camera import OrientedImage
 from cityflow.core.depth_map import DepthMap, world_points
 from cityflow.core.grid import Bounds
 from cityflow.core.kernels import njit
+from cityflow.core.lens import distorted
 from cityflow.core.parameters import Parameters
+from cityflow.surface.witness_views import Boxes, View, in_view, may_see, run_boxes, view_of
 
 MOST_WORDS = 255
 """The largest byte."""
-BORDER_STEPS = 33
-"""Places along each side of a picture whose rays bound its view."""
-
 AGREEMENT_SIGMAS = 3.0
 """Depths agree within so many of their common standard deviations: the usual three."""
 AGREEMENT_GSD = 3.0
@@ -109,11 +107,12 @@ class Words:
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
-    """Points of one depth map: (N,) flat pixel, (N, 3) world metres, (N,) sigma."""
+    """Points of one depth map: (N,) flat pixel, (N, 3) world metres, (N,) sigma; and boxes of runs of them."""
 
     pixel: IntArray
     xyz: FloatArray
     sigma: Float32Array
+    boxes: Boxes
 
 
 def words_for(witnesses: Sequence[Witness], around: Bounds, parameters: WitnessParameters) -> dict[str, Words]:
@@ -124,9 +123,9 @@ def words_for(witnesses: Sequence[Witness], around: Bounds, parameters: WitnessP
     witnesses : one for each image, in any order, with all depths within `reach_m` of `around`
     around : only depths whose points stand here are asked about
     """
-    limits = {w.image.name: _limits(w) for w in witnesses}
+    views = [view_of(w.image, (w.row, w.col), w.depth.shape) for w in witnesses]
     found = ((w, _points(w, around)) for w in witnesses)
-    return {w.image.name: Words(w.row, w.col, _words(w, points, witnesses, limits, parameters)) for w, points in found}
+    return {w.image.name: Words(w.row, w.col, _words(w, points, witnesses, views, parameters)) for w, points in found}
 
 
 def without_refuted(depth_map: DepthMap, words: ByteArray) -> DepthMap:
@@ -137,12 +136,12 @@ def without_refuted(depth_map: DepthMap, words: ByteArray) -> DepthMap:
 
 
 def _words(
-    own: Witness, asked: _Asked, witnesses: Sequence[Witness], limits: Mapping[str, _View], p: WitnessParameters
+    own: Witness, asked: _Asked, witnesses: Sequence[Witness], views: Sequence[View], p: WitnessParameters
 ) -> ByteArray:
     speaking = own.views.ravel()[asked.pixel].astype(np.int64)
-    for other in witnesses:
-        if other.image.name != own.image.name:
-            _hear(asked, other, limits[other.image.name], p, speaking)
+    for k in np.flatnonzero(may_see(views, asked.boxes)).tolist():
+        if witnesses[k].image.name != own.image.name:
+            _hear(asked, witnesses[k], views[k], p, speaking)
     # as many for as against: what several partners have agreed on stays, what one alone has said goes
     undecided = (speaking == 0) & (own.views.ravel()[asked.pixel] > 1)
     words = np.zeros(own.depth.size, np.uint8)
@@ -154,68 +153,23 @@ def _points(own: Witness, around: Bounds) -> _Asked:
     pixel, xyz = world_points(own.depth, (own.row, own.col), own.image)
     x_min, y_min, x_max, y_max = around
     inside = (xyz[:, 0] >= x_min) & (xyz[:, 0] < x_max) & (xyz[:, 1] >= y_min) & (xyz[:, 1] < y_max)
-    pixel = pixel[inside]
-    return _Asked(pixel, xyz[inside], own.sigma.ravel()[pixel])
+    pixel, xyz = pixel[inside], xyz[inside]
+    return _Asked(pixel, xyz, own.sigma.ravel()[pixel], run_boxes(xyz))
 
 
-class _View(NamedTuple):
-    """Least and greatest x/z and y/z of the rays of an image's rasters."""
-
-    u_min: float
-    v_min: float
-    u_max: float
-    v_max: float
-
-
-def _limits(witness: Witness) -> _View:
-    """A little widened."""
-    height, width = witness.depth.shape
-    along = np.linspace(0.0, 1.0, BORDER_STEPS)
-    u, v = witness.col + along * width, witness.row + along * height
-    border = np.concatenate([
-        np.column_stack([u, np.full(BORDER_STEPS, v[0])]), np.column_stack([u, np.full(BORDER_STEPS, v[-1])]),
-        np.column_stack([np.full(BORDER_STEPS, u[0]), v]), np.column_stack([np.full(BORDER_STEPS, u[-1]), v]),
-    ])  # fmt: skip
-    normal = witness.image.camera.undistort(border)
-    more = 4.0 / witness.image.camera.fx
-    return _View(*map(float, (*(normal.min(axis=0) - more), *(normal.max(axis=0) + more))))
-
-
-def _hear(asked: _Asked, other: Witness, view: _View, p: WitnessParameters, speaking: IntArray) -> None:
+def _hear(asked: _Asked, other: Witness, view: View, p: WitnessParameters, speaking: IntArray) -> None:
     """Add to `speaking` (N,) the words of another image for the points, and take those against them away."""
     image = other.image
-    at, normal, depth, aside = _in_view(asked.xyz, image.rotation, image.centre, view)
+    at, normal, depth, aside = in_view(asked.xyz, asked.boxes, view)
     if not len(at):
         return
     camera = image.camera
     lens = (camera.fx, camera.fy, camera.cx, camera.cy) if camera.is_pinhole else (1.0, 1.0, 0.0, 0.0)
-    places = normal if camera.is_pinhole else camera.distort(normal)
+    places = normal if camera.is_pinhole else distorted(camera, normal)
     gsd = AGREEMENT_GSD / camera.fx
     rasters = (other.depth, other.sigma, other.views, other.exact)
     limits = (AGREEMENT_SIGMAS, gsd, p.reach_m)
-    _weigh((places, depth, aside), (*lens, other.row, other.col), asked.sigma[at], rasters, limits, at, speaking)
-
-
-@njit(cache=True, nogil=True)
-def _in_view(xyz, rotation, centre, limits):  # type: ignore[no-untyped-def]
-    """Row of each point in view; x/z and y/z; depth; and how far the camera is away in plan, metres."""
-    n = len(xyz)
-    at, normal = np.empty(n, np.int64), np.empty((n, 2))
-    depth, aside = np.empty(n), np.empty(n)
-    found = 0
-    for i in range(n):
-        x, y, z = xyz[i, 0] - centre[0], xyz[i, 1] - centre[1], xyz[i, 2] - centre[2]
-        far = rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z
-        if far <= 0:
-            continue
-        u = (rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z) / far
-        v = (rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z) / far
-        if u < limits.u_min or v < limits.v_min or u > limits.u_max or v > limits.v_max:
-            continue
-        at[found], normal[found, 0], normal[found, 1] = i, u, v
-        depth[found], aside[found] = far, np.sqrt(x * x + y * y)
-        found += 1
-    return at[:found], normal[:found], depth[:found], aside[:found]
+    _weigh((places, depth, aside), (*lens, other.row, other.col), asked.sigma, rasters, limits, at, speaking)
 
 
 @njit(cache=True, nogil=True)
@@ -223,8 +177,8 @@ def _weigh(points, lens, sigma, rasters, limits, at, speaking):  # type: ignore[
     """A witness looks through a point where it is seen further off in the point's pixel and all around it that are known.
 
     Mostly all nine pixels are alike, behind or before beyond any doubt of rounding: that is seen by their extremes, without a branch for each.
-    `points` are their places, depths, and distances in plan. `lens` leads from places to image coordinates: focal lengths, principal point, and the
-    pixel where the rasters begin.
+    `points` are the places, depths, and distances in plan of those in view, `at` their rows in `sigma` and `speaking`. `lens` leads from places to
+    image coordinates: focal lengths, principal point, and the pixel where the rasters begin.
     """
     places, depth, aside = points
     fx, fy, cx, cy, top, left = lens
@@ -243,19 +197,19 @@ def _weigh(points, lens, sigma, rasters, limits, at, speaking):  # type: ignore[
                     v = their_views[r + k - 1, c + m - 1]
                     low, high = z if z < low else low, z if z > high else high
                     rough, most = s if s > rough else rough, v if v > most else most
-            far, room = depth[i], gsd * depth[i]
-            clear = (sigmas * (rough + sigma[i]) + room) / SURELY
+            far, room, own = depth[i], gsd * depth[i], sigma[at[i]]
+            clear = (sigmas * (rough + own) + room) / SURELY
             if far - high > clear:
                 continue
             off = max(high - far, far - low)
-            if exact and sigma[i] >= 0.0 and off * aside[i] <= SURELY * reach * far:
+            if exact and own >= 0.0 and off * aside[i] <= SURELY * reach * far:
                 if off <= room and most > 0:
                     speaking[at[i]] += int(most)
                     continue
                 if low - far > clear:
                     speaking[at[i]] -= int(their_views[r, c])
                     continue
-        speaking[at[i]] += _word(r, c, (depth[i], aside[i], sigma[i]), rasters, limits)
+        speaking[at[i]] += _word(r, c, (depth[i], aside[i], sigma[at[i]]), rasters, limits)
 
 
 @njit(cache=True, nogil=True)
