@@ -11,6 +11,7 @@ from cityflow.core.camera import Camera
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Grid
 from cityflow.core.pixels import ArrayPixels
+from cityflow.surface.ortho_camera import facing, packed
 from cityflow.surface.ortho_visibility import BlockingSurface, block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
 from ortho_scene import WALL, Blocks, looking, paint, photograph
@@ -146,6 +147,22 @@ def test_gains_even_out_and_seams_are_soft() -> None:
     assert set(np.unique(even.colour)) == {200}
     curved = true_ortho(grid, z, BlockingSurface(grid, z), [replace(sources[0], gamma=(0.5,) * 3)])
     assert set(np.unique(curved.colour[curved.mask])) == {round(255 * (200 / 255) ** 0.5)}
+
+
+@pytest.mark.parametrize("camera", [None, Camera(300, 200, 220.0, 220.0, 150.0, 100.0, (-0.08, 0.02))])
+def test_a_camera_that_sees_some_of_a_box_is_never_left_out(camera: Camera | None) -> None:
+    rng = np.random.default_rng(2)
+    images = [i.image for tilt in (0.0, 40.0) for i in _images(9, tilt, camera)]
+    cameras, seen, left = packed(images, np.zeros(3)), 0, 0
+    for low in rng.uniform((-150, -150, 0), (150, 150, 20), (60, 3)):
+        high = low + rng.uniform(1.0, 30.0, 3)
+        points = rng.uniform(low, high, (300, 3))
+        inside = [bool((i.holds(i.project(points)[0]) & (i.project(points)[1] > 0)).any()) for i in images]
+        kept = np.isin(np.arange(len(images)), facing(cameras, low, high))
+        assert kept[np.array(inside)].all()
+        seen, left = seen + sum(inside), left + int((~kept).sum())
+    assert seen > 50
+    assert left > 300
 
 
 def test_unknown_heights_and_unseen_cells_have_no_colour() -> None:

@@ -5,6 +5,9 @@ Shapes are stated in docstrings: (N, 3) is N points of x, y, z; (rows, cols) is 
 
 from __future__ import annotations
 
+from functools import reduce
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,3 +25,15 @@ def numbers_of(chosen: BoolArray | IntArray) -> IntArray:
     [0, 2]
     """
     return np.flatnonzero(chosen) if chosen.dtype == np.bool_ else np.asarray(chosen, np.int64)
+
+
+def block_reduced(function: np.ufunc, values: NDArray[Any], factor: int) -> NDArray[Any]:
+    """(rows / factor, cols / factor) what a function of two leaves of each block of `factor` x `factor` values, of which there are whole ones.
+
+    Row by row and then column by column: numpy takes ten times as long for two axes at once.
+
+    >>> block_reduced(np.maximum, np.array([[1, 5, 2, 0], [3, 4, 1, 7]]), 2)
+    array([[5, 7]])
+    """
+    tall = reduce(function, (values[k::factor] for k in range(factor)))
+    return np.asarray(reduce(function, (tall[:, k::factor] for k in range(factor))))

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cityflow.core.arrays import Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import Float32Array, FloatArray, IntArray, block_reduced
 from cityflow.core.grid import Grid
 from cityflow.core.kernels import njit
 
@@ -81,7 +81,7 @@ def maxima_pyramid(tops: Float32Array) -> tuple[Float32Array, IntArray]:
             return np.concatenate(levels), np.array(layout, np.int64)
         rows, cols = level.shape
         even = np.pad(level, ((0, rows % 2), (0, cols % 2)), constant_values=LOWEST)
-        level = np.asarray(even.reshape((rows + 1) // 2, 2, (cols + 1) // 2, 2).max(axis=(1, 3)))
+        level = block_reduced(np.maximum, even, 2)
 
 
 @njit(cache=True, nogil=True)

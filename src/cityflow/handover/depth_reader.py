@@ -103,9 +103,8 @@ class PointReader:
             return self._kept[name]
         points = self._read(name)
         if len(points):
-            low, high = points.xyz.min(axis=0), points.xyz.max(axis=0)
-            self._box[name] = (*map(float, low), *map(float, high))  # type: ignore[assignment]
-            self._extent[name] = (*self._box[name][:2], *self._box[name][3:5])
+            self._box[name] = box = points.box
+            self._extent[name] = (*box[:2], *box[3:5])
         else:
             self._extent[name] = NOWHERE
         if sum(len(p) for p in self._kept.values()) + len(points) <= POINTS_KEPT:

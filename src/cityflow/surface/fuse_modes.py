@@ -11,7 +11,16 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from cityflow.core.kernels import njit
-from cityflow.surface.centre_points import Buffer, any_around, apart_from, empty_buffer, gather, sort_by_height
+from cityflow.surface.centre_points import (
+    Buffer,
+    any_around,
+    apart_from,
+    empty_buffer,
+    gather,
+    sort_by_height,
+    summary,
+    weigh_in,
+)
 from cityflow.surface.fuse_cells import CellPoints
 
 
@@ -105,10 +114,11 @@ def _all_modes(cells: CellPoints, asked: BoolArray, refused: FloatArray, rule: M
                 if not np.isnan(refused[r, c]):
                     n = apart_from(buffer, n, refused[r, c], rule.step_m)
                 if n > 0:
-                    thick = max(rule.band_m, rule.band_sigmas * _mean_sigma(cells.sigma, buffer, n))
-                    if _is_one_surface(buffer, n, thick):
-                        centre = _mean_height(buffer, n)
-                    else:
+                    rough, centre, between = summary(buffer, n, cells.sigma)
+                    thick = max(rule.band_m, rule.band_sigmas * rough)
+                    # where all lie within the band, there is nothing to choose, and nothing to sort
+                    if between > thick:
+                        weigh_in(buffer, n, cells.trust, radius)
                         sort_by_height(buffer, n)
                         first, last = lower_one(buffer, fullest(buffer, n, thick), thick, rule)
                         centre = weighted_median(buffer.height, buffer.weight, first, last)
@@ -117,35 +127,6 @@ def _all_modes(cells: CellPoints, asked: BoolArray, refused: FloatArray, rule: M
                     break
             if found.support[r, c] < rule.least_support:
                 found.z[r, c], found.sigma[r, c] = np.nan, np.nan
-
-
-@njit(cache=True, nogil=True)
-def _is_one_surface(buffer: Buffer, n: int, band: float) -> bool:
-    """Whether all points lie within the band: then there is nothing to choose, and nothing to sort."""
-    height = buffer.height
-    low, high = height[0], height[0]
-    for i in range(1, n):
-        low, high = min(low, height[i]), max(high, height[i])
-    return bool(high - low <= band)
-
-
-@njit(cache=True, nogil=True)
-def _mean_height(buffer: Buffer, n: int) -> float:
-    height, weight = buffer.height, buffer.weight
-    total, mean = 0.0, 0.0
-    for i in range(n):
-        total, mean = total + weight[i], mean + weight[i] * (height[i] - height[0])
-    return height[0] + mean / max(total, 1e-12)
-
-
-@njit(cache=True, nogil=True)
-def _mean_sigma(sigma: Float32Array, buffer: Buffer, n: int) -> float:
-    at, weight = buffer.at, buffer.weight
-    total, mean = 0.0, 0.0
-    for i in range(n):
-        total += weight[i]
-        mean += weight[i] * sigma[at[i]]
-    return mean / max(total, 1e-12)
 
 
 @njit(cache=True, nogil=True)

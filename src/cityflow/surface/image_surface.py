@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, block_reduced
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
@@ -219,8 +219,7 @@ def _coarse(
     klass = classify(cloud, (whole, terrain), green, count_points(cloud, work), work, p.cover)
     fine = tuple(slice(s.start * factor, s.stop * factor) for s in part)
     count, sigma = np.zeros(work.shape, np.uint32), np.full(work.shape, np.nan, np.float32)
-    rows, cols = count[part].shape
-    count[part] = fused.count[fine].reshape(rows, factor, cols, factor).sum(axis=(1, 3), dtype=np.uint32)
+    count[part] = block_reduced(np.add, fused.count[fine], factor)
     sigma[part] = reduced_median(np.ascontiguousarray(fused.sigma[fine]), factor, LEAST_SHARE)
     return Rasters(
         work, heights.astype(np.float32), whole.astype(np.float32), terrain.astype(np.float32),

@@ -14,6 +14,8 @@ from cityflow.core.kernels import njit
 BEYOND = 1.05
 """Distortion is trusted this much farther out than the image's corners: beyond, its polynomial may fold back into the image."""
 
+ROUNDED_M = 1e-6
+"""Far more than a distance from a plane is rounded by."""
 K1, K2, P1, P2, K3, K4, K5, K6 = range(8)
 """Columns of the distortion of a perspective camera (OpenCV's order)."""
 F1, F2, F3, F4 = range(4)
@@ -70,11 +72,13 @@ def facing(cameras: Cameras, low: FloatArray, high: FloatArray) -> IntArray:
     ----------
     low, high : (3,) its corners, metres from the cameras' origin
     """
-    middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
-    local = np.einsum("nij,nj->ni", cameras.rotation, middle - cameras.centre)
-    # distance of the box's middle beyond the planes through the camera and the image's left and right, upper and lower edge
-    beyond = (np.abs(local[:, :2]) - local[:, 2:] * cameras.tangent) / np.sqrt(1.0 + cameras.tangent**2)
-    return np.asarray(np.flatnonzero(np.all(beyond <= radius, axis=1) & (local[:, 2] > -radius)))
+    middle, half = (low + high) / 2, (high - low) / 2
+    along = cameras.rotation[:, 2:]
+    # planes through the camera and the image's left, upper, right and lower edge, and the one through the camera that it looks away from
+    edges = cameras.rotation[:, :2], cameras.tangent[:, :, None] * along
+    normal = np.concatenate([-edges[0] - edges[1], edges[0] - edges[1], -along], axis=1)
+    beyond = np.einsum("nkj,nj->nk", normal, middle - cameras.centre) - np.abs(normal) @ half
+    return np.asarray(np.flatnonzero(np.all(beyond <= ROUNDED_M, axis=1)))
 
 
 def _reach(camera: Camera) -> tuple[float, float, float]:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from cityflow.core.arrays import Float32Array, FloatArray
+from cityflow.core.arrays import Float32Array, FloatArray, block_reduced
 from cityflow.core.grid import Grid
 from cityflow.core.kernels import njit
 from cityflow.geometry.ray_march import LOWEST, Columns, Ray, columns_over, march, tops_from
@@ -72,7 +72,7 @@ def block_maxima(grid: Grid, heights: Float32Array, factor: int) -> BlockingSurf
     full = np.full((wide.rows * factor, wide.cols * factor), np.float32(LOWEST), np.float32)
     part = full[above : above + grid.rows, left : left + grid.cols]
     np.copyto(part, heights, where=~np.isnan(heights))
-    most = full.reshape(wide.rows, factor, wide.cols, factor).max(axis=(1, 3))
+    most = block_reduced(np.maximum, full, factor)
     return BlockingSurface(wide, np.where(most > LOWEST, most, np.float32(np.nan)))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, block_reduced
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Grid
 from cityflow.core.kernels import njit
@@ -39,9 +39,7 @@ def median_of_filled(
     filled: Float32Array, before: Float32Array, medians: FloatArray, factor: int, least_share: float
 ) -> FloatArray:
     """`reduced_median` of a raster of which `medians` are those before its holes were filled."""
-    shape = (before.shape[0] // factor, factor, before.shape[1] // factor, factor)
-    out = medians.copy()
-    asked = np.isnan(before).reshape(shape).any(axis=(1, 3))
+    out, asked = medians.copy(), block_reduced(np.logical_or, np.isnan(before), factor)
     _block_medians(filled, factor, max(least_share * factor * factor, 1.0), asked, out)
     return out
 

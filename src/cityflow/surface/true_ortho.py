@@ -111,6 +111,8 @@ def true_ortho(
     source = np.full(grid.shape, -1, np.int16)
     for rows, cols in _blocks(grid):
         part = heights[rows, cols].astype(np.float64)
+        if np.isnan(part).all():
+            continue
         choice = _chosen(_centres(grid, rows, cols), part, cameras, blocking, limits)
         source[rows, cols] = _main_source(choice)
         colour[rows, cols] = _coloured(choice, images, grid.cell, bands, dtype)
@@ -137,8 +139,6 @@ def _chosen(
 
 
 def _facing(centres: tuple[FloatArray, FloatArray], heights: FloatArray, cameras: Cameras) -> IntArray:
-    if np.all(np.isnan(heights)):
-        return np.empty(0, np.int64)
     x, y = centres
     low = np.array([x[0], y[-1], np.nanmin(heights)])
     return facing(cameras, low, np.array([x[-1], y[0], np.nanmax(heights)]))
