@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import io
 from pathlib import Path
 
@@ -16,8 +17,11 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.images.image_write import jpeg_bytes, tiff_bytes
+from cityflow.io.images.subtitles import read_subtitles
+from cityflow.io.images.video import video_frames
 from cityflow.stages import synth
 from cityflow.stages.synth import SynthSource, scene_bounds
+from cityflow.stages.synth.film import SUBTITLES_PATH, TRUTH_PATH, VIDEO_PATH, read_truth
 from cityflow.stages.synth.synthetic_survey import SynthParameters, town_of
 from cityflow.synthetic.flight_presets import preset
 from cityflow.synthetic.footprints import ground_quad
@@ -34,7 +38,8 @@ def small(**more: object) -> SynthParameters:
 def run(folder: Path, task: Task) -> dict[str, bytes]:
     """Outputs of one task by path."""
     workspace = Workspace(Store.open(str(folder)), task)
-    outcome = getattr(synth, task.function.split(":")[1])(workspace, task)
+    module, _, name = task.function.partition(":")
+    outcome = getattr(importlib.import_module(module), name)(workspace, task)
     return {path: (folder / path).read_bytes() for path in outcome.outputs}
 
 
@@ -146,3 +151,40 @@ def test_files_of_pictures_keep_their_pixels() -> None:
     assert rasterio.open(io.BytesIO(jpeg_bytes(red, 95))).read().mean(axis=(1, 2)) == pytest.approx([200, 0, 0], abs=4)
     with pytest.raises(ValueError, match="no JPEG"):
         jpeg_bytes(pixels, 95)
+
+
+def test_a_video_has_its_truth_beside_it(tmp_path: Path) -> None:
+    """Hovering and repeated frames show what the truth says; the same seed gives the same bytes."""
+    film = {
+        "width_px": 96, "height_px": 64, "seconds": 1.2, "frames_a_second": 10.0, "hover_s": 0.2, "repeated_s": 0.2, "blurred_share": 0.3,
+    }  # fmt: skip
+    p = small(video=film)
+    (task,) = tasks(p, "video")
+    outputs = run(tmp_path / "one", task)
+    assert outputs == run(tmp_path / "two", task)
+    assert p.video is not None
+    truth = read_truth(outputs[TRUTH_PATH].decode(), p.video)
+    assert [f.kind for f in truth].count("hovering") == [f.kind for f in truth].count("repeated") == 2
+    assert [f.image.name for f in truth] == [f.image.name for f in p.video_frames]
+    assert all(
+        np.allclose(a.image.rotation, b.image.rotation, atol=1e-8) for a, b in zip(truth, p.video_frames, strict=True)
+    )
+    pictures = [f.pixels.astype(float) for f in video_frames(tmp_path / "one" / VIDEO_PATH)]
+    assert len(pictures) == 12
+    again = next(k for k, f in enumerate(truth) if f.shows != k)
+    same, other = (np.abs(pictures[again] - pictures[k]).mean() for k in (truth[again].shows, 0))
+    assert same < 0.5 * other
+    places = read_subtitles(tmp_path / "one" / SUBTITLES_PATH)
+    assert len(places) > 6
+    assert 51.9 < places[0].position.latitude < 52.1
+
+
+def test_videos_that_cannot_be_are_refused() -> None:
+    for wrong, said in (
+        ({"tilt_deg": 70.0}, "shows the horizon"),
+        ({"seconds": 1.0, "hover_s": 1.0}, "nothing is flown"),
+    ):
+        with pytest.raises(ValidationError, match=said):
+            small(video=wrong)
+    with pytest.raises(ValidationError, match="no latitudes for subtitles"):
+        small(video={}, crs="local")

@@ -93,22 +93,23 @@ class MappingDiedError(RuntimeError):
     """The process of a mapping ended with an error; its message says how, with the last lines that it printed."""
 
 
-def mapped(given: MappingInput, calibration: str) -> Mapped:
-    """Map all images, globally first, incrementally where that fails, and keep what has more images.
+def mapped(given: MappingInput, calibration: str, methods: Sequence[str] = (GLOBAL, INCREMENTAL)) -> Mapped:
+    """Map all images by the first method, by the second where that fails, and keep what has more images.
 
     Parameters
     ----------
+    methods : the first of them is tried first
     calibration : ``radial`` or ``full``, see `mapping_process`
     """
     doubles = doubles_of(given)
     pairs = {k: g for k, g in given.pairs.items() if not set(k) & set(doubles)}
     linked = len({n for pair in pairs for n in pair})
     if not linked:
-        return Mapped((), GLOBAL, doubles)
+        return Mapped((), methods[0], doubles)
     with tempfile.TemporaryDirectory(prefix="cityflow-") as folder:
         best: list[MappedModel] = []
-        method, failures = GLOBAL, []
-        for tried in (GLOBAL, INCREMENTAL):
+        method, failures = methods[0], []
+        for tried in methods:
             place = Path(folder) / tried
             place.mkdir()
             write_database(place / DATABASE, replace(given, pairs=pairs))

@@ -69,8 +69,12 @@ class PhotoFolder:
     notes: tuple[str, ...]
 
 
-def photo_folder(folder: Path, reading: Reading) -> PhotoFolder:
+def photo_folder(folder: Path, reading: Reading, only: frozenset[str] | None = None) -> PhotoFolder:
     """Read every header, checksum and EXIF block; photographs of one camera lie in one folder and say the same of it.
+
+    Parameters
+    ----------
+    only : the files that are looked at, by their names from the folder on; None: all
 
     Raises
     ------
@@ -82,9 +86,9 @@ def photo_folder(folder: Path, reading: Reading) -> PhotoFolder:
     found = ImageFiles.of(folder)
     if not found.all:
         raise CatalogError("no images in the folder", where=str(folder), remedy="name a folder of JPEG or TIFF files")
-    paths = [str(p) for p in found.all]
+    relative = [n for p in found.all if (n := p.relative_to(folder).as_posix()) in (only or {n})]
+    paths = [str(folder / n) for n in relative]
     answers = reading.answers(IMAGE_FILES, paths, len(paths), bytes_of(paths))
-    relative = [p.relative_to(folder).as_posix() for p in found.all]
     left_out: list[LeftOut] = []
     usable: list[tuple[str, str, ImageFile, PhotoMetadata]] = []
     known: dict[str, str] = {}

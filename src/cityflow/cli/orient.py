@@ -10,7 +10,7 @@ import typer
 from cityflow.cli import options
 from cityflow.cli.options import OutsideOption, SchedulerOption, WorkersOption
 from cityflow.errors import CityflowError
-from cityflow.runs.first_look import is_photo_folder, look_at_catalog
+from cityflow.runs.first_look import is_photo_folder, is_video_file, look_at_catalog
 
 PHOTOS_CITY, LIDAR_PHOTOS_CITY = "workflows/photos_city.yaml", "workflows/lidar_photos_city.yaml"
 
@@ -19,7 +19,8 @@ def orient(
     catalog: Annotated[
         str,
         typer.Argument(
-            metavar="CATALOG|PHOTOS", help="Catalog folder or URL with oriented images, or a folder of photographs"
+            metavar="CATALOG|PHOTOS|VIDEO",
+            help="Catalog folder or URL with oriented images, a folder of photographs, or the file of a video",
         ),
     ],
     out: Annotated[Path, typer.Option(help="Folder for the new catalog")],
@@ -57,6 +58,12 @@ def orient(
         typer.Option(min=0.01, help="Photographs: median height over the ground, metres, where nothing else is known"),
     ] = None,
     local: Annotated[bool, typer.Option("--local", help="Photographs: go on in a frame of unknown scale")] = False,
+    sequence: Annotated[
+        bool,
+        typer.Option(
+            "--sequence", help="Photographs: they are a sequence by their names; frames are chosen as of a video"
+        ),
+    ] = False,
     crs: Annotated[
         str,
         typer.Option(
@@ -83,20 +90,21 @@ def orient(
 ) -> None:
     """Refine the poses of oriented images where that is significant, or find those of photographs; register either to a survey. The result is a catalog."""
     folder = work or out.absolute().with_name(f"{out.absolute().name}-orient")
-    photographs = is_photo_folder(catalog)
+    photographs = is_photo_folder(catalog) or is_video_file(catalog)
     if onto and control is not None:
         remedy = "give one of them"
         raise CityflowError("--onto and --control both say where the images are", where="--onto", remedy=remedy)
     if not photographs:
         look_at_catalog(catalog)
-        if scale or local or crs or lever_arm or city or workflow:
+        if scale or local or crs or lever_arm or city or workflow or sequence:
             remedy = "leave it out, or name a folder of photographs"
             raise CityflowError("this option is for photographs without poses", where=catalog, remedy=remedy)
     from cityflow.runs.orientation_asked import OrientationAsked
     from cityflow.workflow.orientation_run import run_orientation
 
+    given = (*(settings or []), *(["sequence=true"] if sequence else []))
     asked = OrientationAsked(
-        catalog if "://" in catalog else str(Path(catalog).absolute()), str(out.absolute()), photographs, tuple(settings or []),
+        catalog if "://" in catalog else str(Path(catalog).absolute()), str(out.absolute()), photographs, given,
         _absolute(control), _absolute(marks), control_crs, scale, local, crs, allow_outside, lever_arm,
         tuple(n if "://" in n else str(Path(n).absolute()) for n in onto or ()),
     )  # fmt: skip

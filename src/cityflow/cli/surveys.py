@@ -23,6 +23,10 @@ def synth(
     flight: Annotated[str, typer.Option(help="five_cameras, crossing, five_heads, nadir, or none")] = "five_cameras",
     lidar: Annotated[float, typer.Option(min=0, help="Pulses per square metre of a LiDAR survey; 0: none")] = 0.0,
     raw: Annotated[bool, typer.Option("--raw", help="Also write raw images and calibration frames")] = False,
+    video: Annotated[
+        bool,
+        typer.Option("--video", help="Also film the town, with blurred, hovering and repeated frames (keys: video.…)"),
+    ] = False,
     condition: Annotated[
         str,
         typer.Option(
@@ -51,7 +55,7 @@ def synth(
     from cityflow.workflow.synth import make_survey, synth_parameters
 
     noise = [] if pose_noise is None else [f"given.position_m={pose_noise[0]}", f"given.angle_deg={pose_noise[1]}"]
-    made = synth_parameters(seed, size, flight, lidar, [*noise, *(settings or [])], raw, condition)
+    made = synth_parameters(seed, size, flight, lidar, [*noise, *(settings or [])], raw, condition, video)
     make_survey(out, made, scheduler, workers, options.console)
 
 

@@ -20,14 +20,24 @@ class PhotoPairParameters(Parameters):
         le=1000,
         description="images nearest to it among which its partners are, where GNSS positions are known",
     )
+    following: int = Field(
+        4, ge=1, le=50, description="frames of a sequence: those after it with which a frame is compared"
+    )
+    loops: int = Field(
+        3, ge=0, le=50,
+        description="frames of a sequence: those most like it, but for the ones that it follows or that follow it, with which a frame is compared",
+    )  # fmt: skip
     all_below: int = Field(12, ge=2, le=1000, description="up to so many images all pairs are compared")
 
 
-def photo_pairs(alike: FloatArray, places: FloatArray, parameters: PhotoPairParameters) -> tuple[tuple[int, int], ...]:
+def photo_pairs(
+    alike: FloatArray, places: FloatArray, parameters: PhotoPairParameters, in_sequence: bool = False
+) -> tuple[tuple[int, int], ...]:
     """Pairs of numbers of images, the smaller first, ascending.
 
     Parameters
     ----------
+    in_sequence : the images are chosen frames: neighbours, and a few that look alike where the carrier comes back
     alike : (N, N) how much images look alike, larger is more; images in the order of their names
     places : (N, 3) metres where each looks at the ground, or where it was taken; NaN where that is unknown
     """
@@ -35,10 +45,14 @@ def photo_pairs(alike: FloatArray, places: FloatArray, parameters: PhotoPairPara
     if count <= parameters.all_below:
         return tuple((i, k) for i in range(count) for k in range(i + 1, count))
     allowed = _near(places, parameters.nearest)
-    pairs = {(i, i + d) for d in range(1, parameters.successors + 1) for i in range(count - d) if allowed[i, i + d]}
+    following = parameters.following if in_sequence else parameters.successors
+    most = parameters.loops if in_sequence else parameters.partners
+    pairs = {(i, i + d) for d in range(1, following + 1) for i in range(count - d) if in_sequence or allowed[i, i + d]}
+    number = np.arange(count)
     for one in range(count):
-        score = np.where(allowed[one], alike[one], -1.0)
-        order = np.lexsort((np.arange(count), -score))[: parameters.partners]
+        open_to = allowed[one] & (np.abs(number - one) > following) if in_sequence else allowed[one]
+        score = np.where(open_to, alike[one], -1.0)
+        order = np.lexsort((number, -score))[:most]
         pairs.update((min(one, k), max(one, k)) for k in order.tolist() if k != one and score[k] >= 0)
     return tuple(sorted(pairs))
 

@@ -14,14 +14,17 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import FISHEYE, OrientedImage
 from cityflow.io.catalog.stac import Catalog
+from cityflow.reporting.carrier_track import carrier_track
 from cityflow.reporting.orientation_doubts import image_rows, is_of_photographs, orientation_figures, point_rows
 from cityflow.viewer.orientation_map import OrientationMap, orientation_map
-from cityflow.viewer.orientation_page import OrientationPage, orientation_page
+from cityflow.viewer.orientation_page import OrientationPage, SequenceFigures, orientation_page
 from cityflow.viewer.orientation_rows import CameraRow, ImageRow, PointRow, Station, TiePoints
 
 FIGURES, PAGE = "orientation.json", "orientation.html"
 TERMS, FISHEYE_TERMS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"), ("k1", "k2", "k3", "k4")
 """OpenCV's order."""
+WORDS = {"blurred": "blurred", "still": "without a step", "double": "that show a picture again"}
+"""Kinds of frames that are passed over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,13 +68,48 @@ def page_of(oriented: Oriented) -> OrientationPage:
     next_step = f"cityflow run WORKFLOW --catalog {shlex.quote(Path(catalog.href).name)}"
     shown = set(now) if is_of_photographs(report) else set(report["images"])
     stations = [Station(n, i.centre, i.axis, n in figures.weak) for n, i in sorted(now.items()) if n in shown]
-    drawn = _map(stations, oriented, points)
+    track = None
+    if (sequence := report.get("sequence")) is not None:
+        track = carrier_track([now[s.name] for s in stations], sequence["chosen"]).places
+    drawn = _map(stations, oriented, points, track)
     return OrientationPage(
-        catalog.title, crs, figures, oriented.ties, tuple(_cameras(report)), rows, points, drawn, next_step
+        catalog.title,
+        crs,
+        figures,
+        oriented.ties,
+        tuple(_cameras(report)),
+        rows,
+        points,
+        drawn,
+        next_step,
+        _sequence(report),
     )
 
 
-def _map(stations: Sequence[Station], oriented: Oriented, points: Sequence[PointRow]) -> OrientationMap | None:
+def _sequence(report: Mapping[str, Any]) -> SequenceFigures | None:
+    found = report.get("sequence")
+    if found is None:
+        return None
+    track, kinds = found["track"], found["kinds"]
+    passed = {WORDS[k]: kinds[k] for k in WORDS if kinds.get(k)}
+    pieces = (f"It has {found['pieces']} pieces that do not continue one another.",) if found["pieces"] > 1 else ()
+    gaps = track["gap_s"]
+    gap = (
+        (
+            f"Between {gaps[0]:.2f} and {gaps[1]:.2f} s no frame says where the carrier was: the track is straight there.",
+        )
+        if gaps
+        else ()
+    )
+    notes = tuple(f"{n[:1].upper()}{n[1:]}." for n in found["notes"])
+    return SequenceFigures(
+        found["name"], found["frames"], len(found["chosen"]), passed, track["length_m"], track["seconds"], (*notes, *pieces, *gap)
+    )  # fmt: skip
+
+
+def _map(
+    stations: Sequence[Station], oriented: Oriented, points: Sequence[PointRow], track: FloatArray | None
+) -> OrientationMap | None:
     if not stations:
         return None
     known = [
@@ -80,7 +118,7 @@ def _map(stations: Sequence[Station], oriented: Oriented, points: Sequence[Point
         if p.name in oriented.places and np.isfinite(oriented.places[p.name][:2]).all()
     ]
     places = np.array([xyz for _, xyz in known]).reshape(-1, 3)
-    return orientation_map(stations, oriented.ties.xyz, [(p.name, p.role) for p, _ in known], places)
+    return orientation_map(stations, oriented.ties.xyz, [(p.name, p.role) for p, _ in known], places, track)
 
 
 def _with_move(row: ImageRow, given: OrientedImage | None, now: OrientedImage | None) -> ImageRow:

@@ -66,6 +66,12 @@ def is_photo_folder(named: str) -> bool:
     return any(p.suffix.lower() in PHOTO_SUFFIXES for p in folder.rglob("*"))
 
 
+def is_video_file(named: str) -> bool:
+    """Whether a local file is named that is no catalog: a video, or what will be refused as none."""
+    path = Path(named)
+    return "://" not in named and path.is_file() and path.suffix.lower() != ".json"
+
+
 def look_at_catalog(named: str) -> None:
     """Make sure that a local folder that is named as a catalog is one.
 

@@ -57,6 +57,7 @@ class OrientationMap:
     width, height : of the drawing;  density : data URL of a picture that fills it
     key : (tie points in a cell, colour);  cell_m : its edge
     bar : length in the drawing, and what it measures
+    track : of the carrier of a sequence; none where there is no sequence
     """
 
     width: float
@@ -68,6 +69,7 @@ class OrientationMap:
     points: tuple[DrawnPoint, ...]
     bar_px: float
     bar_text: str
+    track: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +88,11 @@ class _Frame:
 
 
 def orientation_map(
-    stations: Sequence[Station], xyz: FloatArray, points: Sequence[tuple[str, str]], places: FloatArray
+    stations: Sequence[Station],
+    xyz: FloatArray,
+    points: Sequence[tuple[str, str]],
+    places: FloatArray,
+    track: FloatArray | None = None,
 ) -> OrientationMap:
     """The map.
 
@@ -94,6 +100,7 @@ def orientation_map(
     ----------
     stations : one at least;  xyz : (P, 3) tie points, world metres
     points : name and role of known points;  places : (K, 3) of these
+    track : (T, 3) places of the carrier, one after another; None where the images are no sequence
     """
     centres = np.array([s.centre for s in stations])
     low, high = _extent(np.concatenate([centres[:, :2], places[:, :2]]), xyz[:, :2])
@@ -116,8 +123,9 @@ def orientation_map(
     filled = counts[counts > 0]
     steps = _steps(float(np.quantile(filled, MOST_SHARE)) if len(filled) else 0.0)
     metres = _nice(150.0 / scale)
+    way = () if track is None else tuple((float(x), float(y)) for x, y in frame.drawn(track[:, :2]))
     return OrientationMap(
-        width, height, _picture(counts, steps), _key(steps), cell, cameras, marked, round(metres * scale, 1), f"{metres:g} m",
+        width, height, _picture(counts, steps), _key(steps), cell, cameras, marked, round(metres * scale, 1), f"{metres:g} m", way,
     )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,26 @@ NO_CHECK = "No check points: how exact place and scale are was not measured inde
 
 
 @dataclass(frozen=True, slots=True)
+class SequenceFigures:
+    """A video or a sequence of stills, and the carrier's track.
+
+    Attributes
+    ----------
+    name : of the video or folder;  frames : in it;  taken : chosen
+    passed : kind → frames that were passed over, for people
+    length_m, seconds : of the track;  doubts : for people
+    """
+
+    name: str
+    frames: int
+    taken: int
+    passed: Mapping[str, int]
+    length_m: float
+    seconds: float
+    doubts: Sequence[str] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class OrientationPage:
     """All that the page shows.
 
@@ -29,7 +49,7 @@ class OrientationPage:
     ----------
     title : of the catalog;  crs : as a person reads it;  next : the command that uses the catalog
     images : those with a pose;  cameras, points : None of them may be there
-    map : None where no image has a pose
+    map : None where no image has a pose;  sequence : None where the images are no chosen frames
     """
 
     title: str
@@ -41,6 +61,7 @@ class OrientationPage:
     points: Sequence[PointRow] = ()
     map: OrientationMap | None = None
     next: str = ""
+    sequence: SequenceFigures | None = None
 
     @property
     def listed(self) -> list[ImageRow]:

@@ -27,15 +27,19 @@ from cityflow.flow.task import Record
 from cityflow.handover.mapped_models import decode_models
 from cityflow.handover.source_file import SourceFile
 from cityflow.io.catalog.stac import Catalog
+from cityflow.io.images.subtitles import subtitles_of
 from cityflow.io.orientation.colmap import write_colmap
-from cityflow.io.tables.feature_ids import listing
+from cityflow.reporting.carrier_track import TRACK, track_lines
 from cityflow.reporting.orientation_doubts import orientation_figures
 from cityflow.reporting.orientation_report import Oriented, tie_points, write_orientation_report
+from cityflow.reporting.photograph_words import photograph_lines
+from cityflow.runs.first_look import is_video_file
 from cityflow.runs.settings import parameters_from
 from cityflow.stages.orient import BLOCK, FEATURES
 from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS, Photo, PhotoCamera, PhotoParameters, PhotoSource
 from cityflow.viewer.orientation_rows import TiePoints
 from cityflow.workflow.catalog_reading import reading_files
+from cityflow.workflow.frame_sequence import add_track, frames_of_video, stills_of_sequence
 from cityflow.workflow.onto import registered_to, surveyed
 from cityflow.workflow.orient import refuse_other_work, run_stages, say, say_next
 from cityflow.workflow.photo_adjusting import Known, add_adjustment, adjusted_model, adjustment_lines, with_covariances
@@ -47,8 +51,6 @@ MODEL = "model"
 """Folder of the placed COLMAP model in the work folder."""
 FEW_POINTS = 20
 """An image that fewer tie points hold is weak; set by hand."""
-ODD_FOCAL = 0.03
-"""Share by which the calibrated focal length may differ from the stated one before it is told."""
 
 
 def photo_parameters(settings: Sequence[str]) -> PhotoParameters:
@@ -59,10 +61,11 @@ def photo_parameters(settings: Sequence[str]) -> PhotoParameters:
 def orient_photographs(
     folder: Path, out: Path, work: Path, placing: Placing, parameters: PhotoParameters, scheduler: str, workers: int, console: Console
 ) -> Catalog:  # fmt: skip
-    """Orient the photographs of a folder, and make a catalog of those that hang together.
+    """Orient the photographs of a folder, or frames of a video, and make a catalog of those that hang together.
 
     Parameters
     ----------
+    folder : of photographs, or the file of a video
     out : folder of the new catalog;  work : folder of features, matches and records: what is there already is kept
 
     Raises
@@ -74,8 +77,17 @@ def orient_photographs(
     refuse_other_work(work)
     control = known_control(placing)
     survey = None if placing.onto is None else surveyed(placing.onto, work, scheduler, workers, console)
+    given, sequence = folder, None
+    if is_video_file(str(given)):
+        if survey is None and subtitles_of(given) is None:
+            known_positions(placing, {}, control)
+        sequence = frames_of_video(given, out, work, parameters.frames, scheduler, workers, console)
+        folder = sequence.folder
     with reading_files(scheduler, workers, console, kept_beside=out) as reading:
         found = photo_folder(folder, reading)
+        if sequence is None and parameters.sequence:
+            sequence = stills_of_sequence(folder, found.files, work, parameters.frames, scheduler, workers, console)
+            found = photo_folder(folder, reading, sequence.files)
     for note in found.notes:
         say(console, f"Note: {note}")
     if placing.arm is not None and len(found.focals) > 1:
@@ -87,13 +99,12 @@ def orient_photographs(
     photos = {f.name: f.metadata for f in found.files if f.has_place}
     placing = placing if survey is None else placing_before(placing, survey, list(photos.values()))
     gnss = known_positions(placing, photos, control)
-    record, store = _mapped(found, work, parameters, scheduler, workers, console)
+    in_sequence = sequence is not None
+    record, store = _mapped(found, in_sequence, work, parameters, scheduler, workers, console)
     models = decode_models(store.read_bytes(next(iter(record.outputs))))
     if not models:
         remedy = "check that the photographs overlap, or compare more pairs with --set pairs.partners=30"
-        raise RunError(
-            "no photographs could be oriented: they show nothing in common", where=str(folder), remedy=remedy
-        )
+        raise RunError("no photographs could be oriented: they show nothing in common", where=str(given), remedy=remedy)
     model, names = models[0], [str(n) for n in record.result["photographs"]]
     images = tuple(replace(i, name=names[k]) for i, k in zip(model.images, model.numbers, strict=True))
     files = {f.name: f for f in found.files}
@@ -127,18 +138,33 @@ def orient_photographs(
     if adjustment is not None and adjustment.is_taken:
         ties = tie_points(adjustment.points)
         catalog = store_catalog(replace(catalog, images=with_covariances(catalog.images, adjustment)), out, copy=False)
+    if sequence is not None:
+        catalog = add_track(report, catalog, sequence, {f.relative: f.name for f in found.files}, out)
+    else:
+        (out / TRACK).unlink(missing_ok=True)
     places = {p.name: p.xyz for p in control[0].points} if control is not None else {}
     write_orientation_report(out, Oriented(report, catalog, ties, places=places))
     for note in [*made.notes, *map(str, record.result.get("failures", []))]:
         say(console, f"Note: {note}")
-    for line in [*_lines(report), *put.lines, *(adjustment_lines(adjustment) if adjustment is not None else ())]:
+    for line in [
+        *photograph_lines(report),
+        *track_lines(report),
+        *put.lines,
+        *(adjustment_lines(adjustment) if adjustment is not None else ()),
+    ]:
         say(console, line)
     say_next(out, PHOTOS_CITY if survey is None else LIDAR_PHOTOS_CITY, console)
     return catalog
 
 
 def _mapped(
-    found: PhotoFolder, work: Path, parameters: PhotoParameters, scheduler: str, workers: int, console: Console
+    found: PhotoFolder,
+    in_sequence: bool,
+    work: Path,
+    parameters: PhotoParameters,
+    scheduler: str,
+    workers: int,
+    console: Console,
 ) -> tuple[Record, Store]:
     photos = tuple(
         Photo(f.name, SourceFile(str(Path(f.path).absolute()), f.size, f.checksum), f.camera, f.looks_at, f.white)
@@ -148,7 +174,7 @@ def _mapped(
     cameras = tuple(PhotoCamera(*sizes[k], focal, known) for k, (focal, known) in enumerate(found.focals))
     store = Store.open(str(work))
     store.check_writable()
-    source = PhotoSource(photos, cameras, parameters, store.read_bytes)
+    source = PhotoSource(photos, cameras, parameters, store.read_bytes, in_sequence)
     say(console, f"{len(photos)} photographs, {len(cameras)} cameras as their files tell them apart")
     with Ledger.open(store) as ledger:
         counts = {FEATURES: len(photos), PAIRS: 1, MATCHES: len(photos), MAP: 1}
@@ -247,36 +273,3 @@ def _report(
         ],
         "placing": dict(put.figures),
     }  # fmt: skip
-
-
-def _lines(report: dict[str, Any]) -> list[str]:
-    """What was found, for people."""
-    lines = [
-        f"{report['oriented']} of {report['photographs']} photographs oriented ({report['method']} mapping, {report['verified_pairs']} pairs): "
-        f"{report['tie_points']} tie points in {report['mean_track_length']:.1f} images each, mean reprojection error {report['reprojection_px']:.2f} px"
-    ]
-    for number, camera in enumerate(report["cameras"], 1):
-        stated = camera["stated_focal_px"]
-        odd = stated is not None and abs(camera["focal_px"] / stated - 1) > ODD_FOCAL
-        against = f"; the files say {stated:.0f} px, which the pictures contradict" if odd else ""
-        sigma = camera["focal_sigma_px"]
-        exact = (
-            f" ± {sigma:.1f}"
-            if sigma is not None
-            else ", which the scene leaves open (too flat, or too few images): held"
-        )
-        lines.append(
-            f"Camera {number}: {camera['images']} images, focal length {camera['focal_px']:.1f} px{exact}{against}"
-        )
-    if len(report["models"]) > 1:
-        lines.append(
-            f"{len(report['models'])} models that show nothing in common ({', '.join(map(str, report['models']))} images): "
-            "flights that do not overlap? The largest is used"
-        )
-    if report["weak"]:
-        lines.append(f"Weak: {listing(report['weak'])}: few tie points hold them")
-    groups: dict[str, list[str]] = {}
-    for name, reason in sorted(report["left_out"].items()):
-        groups.setdefault(reason, []).append(name)
-    lines += [f"Left out: {listing(names)}: {reason}" for reason, names in groups.items()]
-    return lines

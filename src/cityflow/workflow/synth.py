@@ -28,10 +28,11 @@ from cityflow.io.crs import resolve
 from cityflow.runs.known_keys import SYNTH, known_keys
 from cityflow.runs.settings import explain_invalid, parse_setting
 from cityflow.stages.synth import STAGES, SynthSource
+from cityflow.stages.synth.film import VIDEO_PATH
 from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.conditions import CLEAN, condition
 from cityflow.synthetic.flight_presets import PRESETS
-from cityflow.workflow.synth_files import describe_survey
+from cityflow.workflow.synth_files import describe_survey, makes_catalog
 
 SECONDS_A_PART = 2.0
 """Of a picture or a tile, before some are made."""
@@ -42,7 +43,14 @@ FORMAT = 3
 
 
 def synth_parameters(
-    seed: int, size: str, flight: str, lidar: float, settings: Sequence[str], raw: bool = False, suffers: str = CLEAN
+    seed: int,
+    size: str,
+    flight: str,
+    lidar: float,
+    settings: Sequence[str],
+    raw: bool = False,
+    suffers: str = CLEAN,
+    video: bool = False,
 ) -> SynthParameters:
     """The parameters of a synthetic survey from the options of the command; settings go before what the condition `suffers` says.
 
@@ -56,6 +64,7 @@ def synth_parameters(
     tree: dict[str, Any] = {"seed": seed, "size": _size(size), "flight": _flight(flight)}
     tree |= {"lidar": {"density_m2": lidar}} if lidar > 0 else {}
     tree |= {"raw": {}} if raw else {}
+    tree |= {"video": {}} if video else {}
     changes = condition(suffers)
     if flight == NO_FLIGHT and changes:
         raise WorkflowError(
@@ -145,6 +154,12 @@ def _say(console: Console, what: str, out: Path, source: SynthSource, next_step:
     kind = "oblique" if source.images else "lidar"
     console.print(what, markup=False, highlight=False, soft_wrap=True)
     if not next_step:
+        return
+    if source.parameters.video is not None:
+        place = f"--crs {source.parameters.crs}" if source.parameters.video.subtitles else "--local"
+        next_video = f"Next: cityflow orient {out / VIDEO_PATH} {place} --out CATALOG"
+        console.print(next_video, markup=False, highlight=False, soft_wrap=True)
+    if not makes_catalog(source.parameters):
         return
     console.print(
         f"Next: cityflow run workflows/{kind}_city.yaml --catalog {out / 'catalog'} --out RUN",

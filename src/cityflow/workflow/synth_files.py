@@ -39,6 +39,8 @@ def describe_survey(out: Path, source: SynthSource) -> tuple[str, ...]:
     _write_mosaics(out / "truth", p)
     images = _write_poses(out, source, town) if source.images else None
     _write_control(out, source, town)
+    if not makes_catalog(p):
+        return ()
     scans = [str(out / "lidar")] if p.lidar is not None else []
     column, layer = ("id", "outlines") if outlines else (None, None)
     made = create_catalog(
@@ -49,6 +51,11 @@ def describe_survey(out: Path, source: SynthSource) -> tuple[str, ...]:
     )
     nothing = () if outlines else ("no whole building stands in the area: the catalog has no outlines",)
     return (*nothing, *made.notes)
+
+
+def makes_catalog(p: SynthParameters) -> bool:
+    """Whether anything but a video is surveyed, of which a catalog can be made."""
+    return p.flight is not None or p.lidar is not None
 
 
 def _write_poses(out: Path, source: SynthSource, town: Town) -> ImageSource:

@@ -103,6 +103,7 @@ class ImageAsset:
     white : of 16-bit files the value that the survey's sensor shows as white, 4095 for one of 12 bits; 0 where unknown
     pose_covariance : (21,) upper triangle, rows first, of rotation vector in the camera frame (radians) and centre (metres), by `cityflow orient`; empty
         where nobody has looked
+    video_s : of a frame of a video: seconds since its start; None otherwise
     """
 
     name: str
@@ -122,6 +123,7 @@ class ImageAsset:
     shoulder: float = 0.0
     white: float = 0.0
     pose_covariance: tuple[float, ...] = ()
+    video_s: float | None = None
 
     def __eq__(self, other: object) -> bool:
         """Equal in every value, also in those of arrays."""
@@ -202,7 +204,7 @@ def _plain(asset: ImageAsset) -> tuple[object, ...]:
     image = asset.oriented
     return (
         asset.name, asset.href, asset.checksum, asset.size, asset.bounds, asset.heights, asset.bands, asset.dtype, asset.gain,
-        asset.date, asset.pixel_mm, asset.gamma, asset.falloff, asset.shoulder, asset.white, asset.pose_covariance,
+        asset.date, asset.pixel_mm, asset.gamma, asset.falloff, asset.shoulder, asset.white, asset.pose_covariance, asset.video_s,
         image.name, image.head, image.camera, image.rotation.tolist(), image.centre.tolist(),
     )  # fmt: skip
 

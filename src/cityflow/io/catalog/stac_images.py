@@ -68,6 +68,8 @@ def image_properties(asset: ImageAsset, reference: Reference) -> dict[str, Any]:
         properties["cityflow:head"] = image.head
     if asset.pose_covariance:
         properties["cityflow:pose_covariance"] = list(asset.pose_covariance)
+    if asset.video_s is not None:
+        properties["cityflow:video_s"] = asset.video_s
     if properties["view:off_nadir"] > 90:
         # The view extension ends at the horizon.
         del properties["view:off_nadir"], properties["view:azimuth"]
@@ -153,6 +155,7 @@ def image_of_item(
         shoulder=float(p.get("cityflow:shoulder", 0.0)),
         white=float(p.get("cityflow:white", 0.0)),
         pose_covariance=tuple(float(v) for v in p.get("cityflow:pose_covariance", ())),
+        video_s=None if p.get("cityflow:video_s") is None else float(p["cityflow:video_s"]),
     )
 
 

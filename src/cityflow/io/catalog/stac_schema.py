@@ -40,6 +40,7 @@ PROPERTIES = {
     "cityflow:camera": pa.struct(_CAMERA), "cityflow:heights": _REALS, "cityflow:bands": _WHOLE, "cityflow:dtype": _TEXT,
     "cityflow:gain": _REALS, "cityflow:gamma": _REALS, "cityflow:falloff": _REAL, "cityflow:shoulder": _REAL,
     "cityflow:white": _REAL, "cityflow:pixel_mm": _REAL, "cityflow:head": _TEXT, "cityflow:pose_covariance": _REALS,
+    "cityflow:video_s": _REAL,
     "cityflow:z_range": _REALS, "cityflow:classes": _WHOLES, "cityflow:returns": _WHOLE,
     "cityflow:count": _WHOLE, "cityflow:id_column": _TEXT, "cityflow:id_format": _TEXT, "cityflow:layer": _TEXT,
 }  # fmt: skip

@@ -38,6 +38,7 @@ OF_IMAGES = (
     "datetime", "proj:bbox", "pers:perspective_center", "pers:rotation_matrix", "cityflow:camera", "cityflow:heights",
     "cityflow:bands", "cityflow:dtype", "cityflow:gain", "cityflow:gamma", "cityflow:falloff", "cityflow:shoulder", "cityflow:white",
     "cityflow:pixel_mm", "cityflow:head", "cityflow:date_unknown", "cityflow:pose_covariance",
+    "cityflow:video_s",
 )  # fmt: skip
 """What is read of an image; the other columns are for others."""
 Tree = dict[str, Any]

@@ -39,6 +39,9 @@ DESCRIPTIONS: Mapping[str, str] = {
     "cut_lines": "Lines that part an outline into units, used or not, with evidence and confidence; steps and gaps in metres",
     "units": "Buildings with all attributes; names end in their unit; nmad, rmse, bias and le95 are of vertical distances of points from the roof",
     "overhangs": "Edges beyond which a roof stands out: reach and standard deviation in metres, share seen",
+    "track": "Where the carrier of the camera was; times are seconds since the start of the sequence",
+    "track_steps": "The same in parts from frame to frame, with the times of both; between images by how far pictures moved",
+    "frames": "Frames that were taken as photographs: time, and where they look (clockwise from grid north, and below the horizon)",
     "changes": "New, gone and altered buildings of an update: differences after minus before, names end in their unit; significance in standard deviations",
     "status": "How every unit ended: done, degraded, failed or refused, with the reason",
 }

@@ -14,7 +14,9 @@ from pydantic import Field
 from cityflow.adjustment.coarse_registration import RegistrationParameters
 from cityflow.adjustment.descriptor_matching import MatchingParameters, mutual_matches, unit_descriptors
 from cityflow.adjustment.features import FeatureParameters
+from cityflow.adjustment.frame_choice import FrameParameters
 from cityflow.adjustment.mapping import MappingInput, mapped
+from cityflow.adjustment.mapping_process import GLOBAL, INCREMENTAL
 from cityflow.adjustment.pair_geometry import pair_geometry, pycolmap_camera
 from cityflow.adjustment.vocabulary import sampled, similarity, vocabulary, word_counts
 from cityflow.core.building import Status
@@ -52,6 +54,8 @@ class PhotoParameters(MapParameters):
 
     features: FeatureParameters = FeatureParameters()
     pairs: PhotoPairParameters = PhotoPairParameters()
+    frames: FrameParameters = FrameParameters()
+    sequence: bool = Field(False, description="photographs follow one another by name: some are chosen, as of a video")
     matching: MatchingParameters = MatchingParameters()
     registration: RegistrationParameters = RegistrationParameters()
 
@@ -87,10 +91,11 @@ class Photo(TaskInputs):
 
 @dataclass(frozen=True, slots=True)
 class PairInputs(TaskInputs):
-    """Photographs with RUN-relative paths of their features."""
+    """Photographs with RUN-relative paths of their features; `in_sequence`: they are chosen frames."""
 
     photos: tuple[Photo, ...]
     features: tuple[str, ...]
+    in_sequence: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,13 +109,14 @@ class MatchInputs(TaskInputs):
 
 @dataclass(frozen=True, slots=True)
 class MapInputs(TaskInputs):
-    """All photographs with points; names of those with partners, and RUN-relative paths of their matches."""
+    """All photographs with points; names of those with partners, and RUN-relative paths of their matches; `in_sequence` as in `PairInputs`."""
 
     photos: tuple[Photo, ...]
     features: tuple[str, ...]
     cameras: tuple[PhotoCamera, ...]
     matched: tuple[str, ...]
     matches: tuple[str, ...]
+    in_sequence: bool = False
 
 
 @dataclass
@@ -120,6 +126,7 @@ class PhotoSource:
     Parameters
     ----------
     photos : in the order of their names;  cameras : by their number
+    in_sequence : the photographs are chosen frames, in the order of their names
     read : contents of a file by its RUN-relative path
     """
 
@@ -127,6 +134,7 @@ class PhotoSource:
     cameras: tuple[PhotoCamera, ...]
     parameters: PhotoParameters
     read: Callable[[str], bytes]
+    in_sequence: bool = False
     partners: dict[str, list[str]] = field(default_factory=dict, init=False)
     _features: dict[str, Record] = field(default_factory=dict, init=False)
     _matches: dict[str, Record] = field(default_factory=dict, init=False)
@@ -161,8 +169,11 @@ class PhotoSource:
         return Task(
             PAIRS, BLOCK, "cityflow.stages.orient.photographs:run_pairs", VERSION,
             parameters=as_json(self.parameters.pairs),
-            inputs={f"photograph {p.name}": digest_of([self._features_digest(p.name), _place(p)]) for p in photos},
-            arguments=as_json(PairInputs(photos, self._paths(names))), limits=WHOLE_SURVEY,
+            inputs={
+                **{f"photograph {p.name}": digest_of([self._features_digest(p.name), list(p.place or ())]) for p in photos},
+                **({"sequence": digest_of(True)} if self.in_sequence else {}),
+            },
+            arguments=as_json(PairInputs(photos, self._paths(names), self.in_sequence)), limits=WHOLE_SURVEY,
         )  # fmt: skip
 
     def _match(self, name: str) -> Task:
@@ -185,8 +196,9 @@ class PhotoSource:
             inputs={
                 **{f"photograph {n}": self._digest(n) for n in names},
                 **{f"matches {n}": digest_of(list(r.outputs.values())) for n, r in done.items()},
+                **({"sequence": digest_of(True)} if self.in_sequence else {}),
             },
-            arguments=as_json(MapInputs(photos, self._paths(names), self.cameras, tuple(done), paths)),
+            arguments=as_json(MapInputs(photos, self._paths(names), self.cameras, tuple(done), paths, self.in_sequence)),
             limits=WHOLE_SURVEY,
         )  # fmt: skip
 
@@ -205,10 +217,6 @@ class PhotoSource:
         return digest_of([self._features_digest(name), number, as_json(self.cameras[number])])
 
 
-def _place(photo: Photo) -> list[Json]:
-    return list(photo.place) if photo.place is not None else []
-
-
 def run_pairs(workspace: Workspace, task: Task) -> Outcome:
     """Partners of each photograph, each pair once.
 
@@ -225,7 +233,9 @@ def run_pairs(workspace: Workspace, task: Task) -> Outcome:
     words = vocabulary(np.concatenate(sample))
     counts = [word_counts(unit_descriptors(decode_features(workspace.read(p))), words) for p in given.features]
     places = np.array([p.place or (np.nan,) * 3 for p in given.photos], np.float64)
-    pairs = photo_pairs(similarity(np.array(counts)), places, task.parameters_as(PhotoPairParameters))
+    pairs = photo_pairs(
+        similarity(np.array(counts)), places, task.parameters_as(PhotoPairParameters), given.in_sequence
+    )
     partners: dict[str, list[str]] = {}
     for one, other in pairs:
         partners.setdefault(given.photos[one].name, []).append(given.photos[other].name)
@@ -271,6 +281,8 @@ def run_map(workspace: Workspace, task: Task) -> Outcome:
     found = mapped(
         MappingInput([c.start for c in given.cameras], [p.camera for p in given.photos], points, pairs),
         task.parameters_as(MapParameters).calibration,
+        # frames follow one another by small steps, of a camera that no file describes: one after the other is surer
+        (INCREMENTAL, GLOBAL) if given.in_sequence else (GLOBAL, INCREMENTAL),
     )
     if found.failures and not found.models:
         raise CatalogError("; ".join(found.failures), remedy="try fewer photographs, or give the machine more memory")

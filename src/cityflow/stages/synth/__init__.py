@@ -38,9 +38,10 @@ from cityflow.synthetic.sensor_readout import dark_frame, flat_frame, raw_frame
 from cityflow.synthetic.town import Town, TownParameters
 from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
 from cityflow.synthetic.town_truth import NO_PART, JudgedCells, TruthRasters, judged_cells, truth_rasters
+from cityflow.synthetic.video_flight import VideoParameters
 
-PICTURE, CALIBRATION, SCAN, TRUTH = "picture", "calibration", "scan", "truth"
-STAGES = (PICTURE, CALIBRATION, SCAN, TRUTH)
+PICTURE, CALIBRATION, SCAN, TRUTH, VIDEO = "picture", "calibration", "scan", "truth", "video"
+STAGES = (PICTURE, CALIBRATION, SCAN, TRUTH, VIDEO)
 VERSION = 3
 SCAN_TILE_M, TRUTH_TILE_M = 250.0, 100.0
 DAY = "2026-06-21"
@@ -96,6 +97,19 @@ class ScanParameters(TaskInputs):
 
 
 @dataclass(frozen=True, slots=True)
+class FilmParameters(TaskInputs):
+    """A video over `area` (metres), whose altitude counts from the height `ground_m`."""
+
+    seed: int
+    town: TownParameters
+    crs: str
+    render: RenderParameters
+    area: Bounds
+    ground_m: float
+    video: VideoParameters
+
+
+@dataclass(frozen=True, slots=True)
 class TruthParameters(TaskInputs):
     """A tile of the truth; `bounds` and the cell of its rasters in metres."""
 
@@ -133,6 +147,9 @@ class SynthSource:
                 yield _task(
                     SCAN, tile.name, ScanParameters(p.seed, p.whole_town, p.crs, clipped(tile, p.area), p.lidar)
                 )
+        if p.video is not None:
+            film = FilmParameters(p.seed, p.whole_town, p.crs, p.render, p.area, p.video_ground_m, p.video)
+            yield _task(VIDEO, VIDEO, film, module="cityflow.stages.synth.film")
         for tile in tiles_over(p.area, TRUTH_TILE_M):
             truth = TruthParameters(p.seed, p.whole_town, p.crs, clipped(tile, p.area), p.truth_cell_m)
             yield _task(TRUTH, tile.name, truth)
@@ -151,9 +168,9 @@ class SynthSource:
                 yield _task(CALIBRATION, f"{head.name}_{number:02d}", frame)
 
 
-def _task(stage: str, unit: str, parameters: TaskInputs) -> Task:
+def _task(stage: str, unit: str, parameters: TaskInputs, module: str = "cityflow.stages.synth") -> Task:
     """All that decides is in the parameters; there is nothing to look for."""
-    function = f"cityflow.stages.synth:run_{stage}"
+    function = f"{module}:run_{stage}"
     return Task(stage, unit, function, VERSION, as_json(parameters), limits=LIMITS, in_place=True)
 
 
@@ -250,11 +267,11 @@ def _truth_layers(town: Town, grid: Grid) -> dict[str, NDArray[Any]]:
 
 def _scene_of(p: PictureParameters) -> Scene:
     town = town_of(p.seed, p.town)
-    return _scene(p.seed, town.parameters, scene_bounds(town, p.image))
+    return scene_over(p.seed, town.parameters, scene_bounds(town, p.image))
 
 
 @lru_cache(maxsize=1)
-def _scene(seed: int, parameters: TownParameters, bounds: Bounds) -> Scene:
+def scene_over(seed: int, parameters: TownParameters, bounds: Bounds) -> Scene:
     """A scene; kept, as the next picture of this worker often sees the same part."""
     return Scene(town_of(seed, parameters).mesh(bounds))
 

@@ -22,6 +22,7 @@ from cityflow.synthetic.render import RenderParameters
 from cityflow.synthetic.sensor_readout import RawParameters
 from cityflow.synthetic.town import Town, TownParameters, make_town, town_terrain
 from cityflow.synthetic.town_lidar import HALO_M, TownLidarParameters
+from cityflow.synthetic.video_flight import VideoFrame, VideoParameters, plan_video, video_reach
 
 BELOW_M = 15.0
 """The ground may lie this much below the plane that a flight is planned on."""
@@ -61,14 +62,15 @@ class SynthParameters(Parameters):
     )
     jpeg_quality: int = Field(95, ge=0, le=100, description="of pictures of 8 bits; 0: lossless TIFF")
     lidar: TownLidarParameters | None = Field(None, description="how the town is scanned; null: not at all")
+    video: VideoParameters | None = Field(None, description="a video of a flight over the area; null: none")
     truth_cell_m: float = Field(0.08, ge=0.02, le=1, description="cell of the truth rasters, metres")
 
     @model_validator(mode="after")
     def _fits(self) -> SynthParameters:
         if min(self.size) < 20:
             raise ValueError(f"an area of {self.size[0]:g} x {self.size[1]:g} m is too small; at least 20 x 20 m")
-        if self.flight is None and self.lidar is None:
-            raise ValueError("neither a flight nor LiDAR: there is nothing to survey with")
+        if self.flight is None and self.lidar is None and self.video is None:
+            raise ValueError("neither a flight, LiDAR nor a video: there is nothing to survey with")
         if self.raw is not None and self.flight is None:
             raise ValueError("raw frames need a flight")
         if self.control is not None and self.flight is None:
@@ -79,6 +81,10 @@ class SynthParameters(Parameters):
             )
         if self.exif and self.crs == "local":
             raise ValueError("a local frame has no latitudes for EXIF: give a crs")
+        if self.video is not None and (self.render.sensor.bits != 8 or self.render.near_infrared):
+            raise ValueError("a video has three colours of 8 bits")
+        if self.video is not None and self.video.subtitles and self.crs == "local":
+            raise ValueError("a local frame has no latitudes for subtitles: give a crs, or video.subtitles=false")
         if max(self.size) + 2 * self.around_m > LARGEST_TOWN_M:
             raise ValueError(
                 f"the town would be {max(self.size) + 2 * self.around_m:.0f} m wide with the {self.around_m:.0f} m around it that "
@@ -102,6 +108,9 @@ class SynthParameters(Parameters):
         if self.surroundings_m is not None:
             return max(self.surroundings_m, self._least_m)
         seen = HALO_M if self.flight is None else _reach(self.flight)
+        if self.video is not None:
+            frames = plan_video(self.area, 0.0, self.video, self.seed)
+            seen = max(seen, video_reach(frames, self.area, -BELOW_M))
         return max(math.ceil(seen / ROUNDED_M) * ROUNDED_M, self._least_m)
 
     @property
@@ -127,6 +136,18 @@ class SynthParameters(Parameters):
         if self.flight is None:
             return ()
         return plan_flight(self.area, round(float(self._middle[2]), 1), self.flight)
+
+    @cached_property
+    def video_frames(self) -> tuple[VideoFrame, ...]:
+        """What is filmed, with true poses."""
+        if self.video is None:
+            return ()
+        return plan_video(self.area, self.video_ground_m, self.video, self.seed)
+
+    @property
+    def video_ground_m(self) -> float:
+        """The ground that the video's altitude counts from, metres."""
+        return round(float(self._middle[2]), 1)
 
     @cached_property
     def _middle(self) -> FloatArray:
