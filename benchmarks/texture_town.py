@@ -4,7 +4,8 @@
     python benchmarks/texture_town.py --survey SURVEY --run RUN --exposures              # every image by a factor of 0.25 to 4 off
     python benchmarks/texture_town.py --survey SURVEY --run RUN --stage                  # time and memory of 73 faces with 100 images
 
-SURVEY is what `cityflow synth` left, RUN a run over it; its images are read as tasks read them. Geometry `truth`: the true hulls and the true surface,
+SURVEY is what `cityflow synth` left, RUN a run over it; its images are read as tasks read them, with the poses of --catalog
+where the run has others. What an image shows is told by its true pose. Geometry `truth`: the true hulls and the true surface,
 `run`: those of the run.
 """
 
@@ -162,6 +163,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--survey", type=Path, required=True)
     parser.add_argument("--run", type=Path, required=True)
+    parser.add_argument(
+        "--catalog",
+        type=Path,
+        help="of the run, where it has other poses than the survey's: what images show is judged by their true poses",
+    )
     parser.add_argument("--geometry", nargs="+", default=["truth", "run"], choices=("truth", "run"))
     parser.add_argument("--units", type=int, default=12)
     parser.add_argument(

@@ -36,7 +36,7 @@ def held_out(world: World) -> dict[str, OrientedImage]:
     """Between two stations of the flight, a view of every head, and one from low beside the town; all look at its middle."""
     x_0, y_0, x_1, y_1 = world.area
     middle = np.array([(x_0 + x_1) / 2, (y_0 + y_1) / 2, float(np.median([h.shells[0].vertices[:, 2].min() for h in world.houses])) + 3.0])  # fmt: skip
-    images = [i.image for i in world.images]
+    images = [world.poses[i.image.name] for i in world.images]
     views = {}
     for head in sorted({i.name.split("_")[2] for i in images}):
         near = [i for i in images if i.name.split("_")[2] == head]

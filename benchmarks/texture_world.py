@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,6 +13,7 @@ import shapely
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.camera import OrientedImage
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.pixels import PixelArray, PixelsOf
@@ -46,6 +47,7 @@ class World:
     images : as the run opened and balanced them
     houses, surface : true, or those of the run
     true_hulls : which of these
+    poses : true one of every image, by name; `images` have those that textures are made with
     """
 
     parameters: SynthParameters
@@ -55,6 +57,7 @@ class World:
     houses: Sequence[House]
     surface: tuple[Grid, FloatArray]
     true_hulls: bool
+    poses: Mapping[str, OrientedImage]
 
     @property
     def area(self) -> Bounds:
@@ -80,10 +83,10 @@ def parameters_of(survey: Path) -> SynthParameters:
     return SynthParameters.model_validate(json.loads((survey / "synth.json").read_text())["parameters"])
 
 
-def images_of(survey: Path, run: Path) -> list[ColourImage]:
-    """All images that a run ingested, with what the catalog says of their balance."""
+def images_of(catalog: Path, run: Path) -> list[ColourImage]:
+    """All images that a run ingested, with what its catalog says of their poses and balance."""
     found = []
-    for a in read_catalog(survey / "catalog").images:
+    for a in read_catalog(catalog, allow_outside=True).images:
         file = next(iter(sorted((run / "work" / "ingest" / a.name).glob("*/image.tif"))), None)
         if file is not None:
             found.append(ColourImage(a.oriented, open_image(str(file)), a.gain, a.gamma, a.falloff, a.shoulder))
@@ -95,13 +98,14 @@ def worlds(asked: argparse.Namespace) -> list[World]:
     p = parameters_of(asked.survey)
     town = make_town(p.seed, p.whole_town)
     truth = Truth(town.mesh(grown(p.area, min(p.around_m, AROUND_M))))
-    images = images_of(asked.survey, asked.run)
+    images = images_of(asked.catalog or asked.survey / "catalog", asked.run)
+    poses = {image.name: image for image in p.images}
     found = []
     if "truth" in asked.geometry:
         surface = true_surface(town, grown(p.area, min(p.around_m, AROUND_M)), p.truth_cell_m)
-        found.append(World(p, town, truth, images, true_houses(town), surface, True))
+        found.append(World(p, town, truth, images, true_houses(town), surface, True, poses))
     if "run" in asked.geometry:
-        found.append(World(p, town, truth, images, run_houses(asked.run, town), run_surface(asked.run), False))
+        found.append(World(p, town, truth, images, run_houses(asked.run, town), run_surface(asked.run), False, poses))
     return found
 
 
@@ -174,8 +178,10 @@ class Judge:
         return answer
 
     def _met(self, image: int, xyz: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
-        truth, centre = self.world.truth, self.centre(image)
-        rays = xyz - centre
+        truth, given = self.world.truth, self.done.images[image].image
+        true = self.world.poses[given.name]
+        centre = true.centre
+        rays = true.rays(given.project(xyz)[0])
         triangle, length = truth.scene.first_hits(centre - truth.scene.origin, rays)
         none = triangle < 0
         part = np.where(none, 255, truth.mesh.part[triangle]).astype(np.int64)
