@@ -43,6 +43,7 @@ TOGETHER = {
     ),
     "a browser and the painted town": ("browser", "reporting/test_report_pages.py", "reporting/test_view.py"),
     "photographs without poses": ("workflow/test_orient_photographs.py",),
+    "spoiled poses": ("workflow/test_orient.py",),
     "windows": ("windows",),
     "made surfaces": ("surface/test_dtm.py", "surface/test_tile_surface.py"),
 }

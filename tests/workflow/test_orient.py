@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from typer.testing import CliRunner
 from cityflow.cli import app
 from cityflow.core.camera import OrientedImage
 from cityflow.errors import CatalogError, WorkflowError
+from cityflow.flow.cluster import connect
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.reporting.orientation_report import FIGURES, PAGE
 from cityflow.runs.orientation_asked import OrientationAsked
@@ -34,15 +36,22 @@ def _control(path: Path, images: list[OrientedImage]) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def scheduler() -> Iterator[str]:
+    """Address of one whose two workers serve all commands: each command's own would load every library anew."""
+    with connect(None, 2) as client:
+        yield client.scheduler_info()["address"]
+
+
 @pytest.mark.cluster
-def test_spoiled_poses_are_refined_and_a_repeated_command_keeps_every_byte(tmp_path: Path) -> None:
+def test_spoiled_poses_are_refined_and_a_repeated_command_keeps_every_byte(scheduler: str, tmp_path: Path) -> None:
     images = ground_flight()
     given = ground_catalog(tmp_path, images, turned(images, 0.8))
     control = control_in(given, _control(tmp_path / "control.csv", images))
     told, out = (tmp_path / "told.txt").open("w", buffering=1), tmp_path / "refined"
     console = Console(file=told)
     asked = OrientationAsked(given.href, str(out), False, control=str(tmp_path / "control.csv"))
-    run_orientation(asked, tmp_path / "work", "", 2, console)
+    run_orientation(asked, tmp_path / "work", scheduler, 0, console)
     found = read_catalog(str(out))
     report = json.loads((out / FIGURES).read_text())
     page = (out / PAGE).read_text()
@@ -65,20 +74,21 @@ def test_spoiled_poses_are_refined_and_a_repeated_command_keeps_every_byte(tmp_p
     ]
     before = {p.name: p.read_bytes() for p in sorted(out.rglob("*")) if p.is_file()}
     records = sorted((tmp_path / "work" / "records").rglob("*.json"))
-    orient_catalog(given, out, tmp_path / "work", orient_parameters([]), "", 1, console, control)
+    orient_catalog(given, out, tmp_path / "work", orient_parameters([]), scheduler, 0, console, control)
     assert sorted((tmp_path / "work" / "records").rglob("*.json")) == records
     assert {p.name: p.read_bytes() for p in sorted(out.rglob("*")) if p.is_file()} == before
-    _run_again_and_explained(tmp_path / "work", out, Path(given.images[8].href))
+    _run_again_and_explained(tmp_path / "work", out, Path(given.images[8].href), scheduler)
 
 
-def _run_again_and_explained(work: Path, out: Path, picture: Path) -> None:
+def _run_again_and_explained(work: Path, out: Path, picture: Path, scheduler: str) -> None:
     """A picture that is damaged fails with its reason when it is looked at again; mended, what failed is made again with the same bytes."""
     before, data = {p.name: p.read_bytes() for p in out.iterdir() if p.is_file()}, picture.read_bytes()
+    rerun = ["rerun", str(work), "--scheduler", scheduler]
     told = _said(["explain", str(work), "i4"])
     for known in ("It has a pose, ", "matches agree with 8: ", "Standard deviations: position", "ties, version"):
         assert known in told
     picture.write_bytes(b"no picture")
-    assert "Running again: 1 task," in _said(["rerun", str(work), "--unit", "i8", "--stage", "features"])
+    assert "Running again: 1 task," in _said([*rerun, "--unit", "i8", "--stage", "features"])
     standing = json.loads(_said(["status", str(work), "--json"]))
     assert {s["stage"]: (s["tasks"], s["done"], s["failed"]) for s in standing["stages"]} == {
         "features": (9, 8, 1), "ties": (8, 8, 0), "adjust": (1, 1, 0)
@@ -87,9 +97,9 @@ def _run_again_and_explained(work: Path, out: Path, picture: Path) -> None:
     assert standing["orientation"]["left_out"].keys() == {"i8"}
     assert "features failed: " in _said(["explain", str(work), "i8"])
     picture.write_bytes(data)
-    assert "Running again: 1 task," in _said(["rerun", str(work), "--failed"])
+    assert "Running again: 1 task," in _said([*rerun, "--failed"])
     assert {p.name: p.read_bytes() for p in out.iterdir() if p.is_file()} == before
-    assert "no unit of those named has failed" in _said(["rerun", str(work), "--unit", "i4", "--failed"])
+    assert "no unit of those named has failed" in _said([*rerun, "--unit", "i4", "--failed"])
 
 
 def _said(command: list[str]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import shutil
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -27,6 +28,7 @@ from cityflow.core.control_points import ControlPoint, ControlPoints, Mark, Role
 from cityflow.core.photo_metadata import GnssPosition, PhotoMetadata
 from cityflow.core.points import PointCloud
 from cityflow.errors import CatalogError, RunError
+from cityflow.flow.cluster import connect
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.geometry.rotations import from_omega_phi_kappa
@@ -146,7 +148,14 @@ class Oriented:
 
 
 @pytest.fixture(scope="module")
-def oriented(tmp_path_factory: pytest.TempPathFactory) -> Oriented:
+def scheduler() -> Iterator[str]:
+    """Address of one whose worker serves all commands but one: each command's own would load every library anew."""
+    with connect(None, 1) as client:
+        yield client.scheduler_info()["address"]
+
+
+@pytest.fixture(scope="module")
+def oriented(scheduler: str, tmp_path_factory: pytest.TempPathFactory) -> Oriented:
     """The flight with EXIF, a file that is there twice, and a black frame."""
     folder = tmp_path_factory.mktemp("flight")
     pictures = _tagged(_flight())
@@ -156,7 +165,7 @@ def oriented(tmp_path_factory: pytest.TempPathFactory) -> Oriented:
     with told.open("w") as file:
         photos = _written(folder / "photos", pictures)
         asked = OrientationAsked(str(photos), str(out), True, crs=CRS)
-        run_orientation(asked, work, "", 1, Console(file=file, width=200))
+        run_orientation(asked, work, scheduler, 0, Console(file=file, width=200))
     assets = read_catalog(str(out)).images
     images = {Path(a.name).stem: a.oriented for a in assets}
     covariances = tuple(a.pose_covariance for a in assets)
@@ -224,7 +233,7 @@ def test_its_work_folder_says_how_it_stands_and_what_is_known_of_an_image(orient
 
 
 @pytest.mark.cluster
-def test_photographs_are_registered_to_a_scan_of_the_hills(oriented: Oriented, tmp_path: Path) -> None:
+def test_photographs_are_registered_to_a_scan_of_the_hills(scheduler: str, oriented: Oriented, tmp_path: Path) -> None:
     rng = np.random.default_rng(9)
     xy = rng.uniform(-35, 35, (20_000, 2))
     xyz = np.column_stack([xy, rendered_height(xy[:, 0], xy[:, 1])]) + rng.normal(0, 0.02, (20_000, 3)) + ORIGIN
@@ -236,7 +245,7 @@ def test_photographs_are_registered_to_a_scan_of_the_hills(oriented: Oriented, t
     asked = OrientationAsked(str(work.parent / "photos"), str(out), True, settings, onto=(str(scan),))
     shutil.copytree(oriented.work.parent / "photos", work.parent / "photos")
     with (tmp_path / "told.txt").open("w") as file:
-        run_orientation(asked, work, "", 1, Console(file=file, width=300))
+        run_orientation(asked, work, scheduler, 0, Console(file=file, width=300))
     catalog = read_catalog(str(out))
     assert [a.name for a in catalog.lidar] == ["hills"]
     away, turns = _errors({Path(a.name).stem: a.oriented for a in catalog.images}, _flight())
