@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,13 +14,18 @@ import pytest
 from distributed import Client
 from rich.console import Console
 
+from cityflow.errors import RunError
 from cityflow.flow.heartbeat import Heartbeat
 from cityflow.flow.talk import Talk
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.reporting.poses_words import lines_before, lines_of_pose
+from cityflow.runs.first_look import is_orientation
 from cityflow.runs.poses_note import NOTE, read_note
 from cityflow.runs.prepare import Prepared, prepared
 from cityflow.runs.run_folder import describe_run, open_run
+from cityflow.workflow.chosen_part import Selection
+from cityflow.workflow.orientation_run import rerun_orientation
+from cityflow.workflow.orientation_standing import explain_image, print_orientation
 from cityflow.workflow.settle_poses import CATALOG, WORK, Driver, with_settled_poses
 from cityflow.workflow.status import print_status
 from flow.processes import Cluster
@@ -66,6 +72,22 @@ def spoiled(client: Client, tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert not wanted.store.exists(NOTE), "who only asks writes nothing"
     _settled(wanted, client)
     return folder
+
+
+def test_the_tasks_of_its_poses_say_how_they_stand(spoiled: Path) -> None:
+    work, told = str(spoiled / "run" / WORK), io.StringIO()
+    assert is_orientation(work)
+    print_orientation(work, Console(file=told, width=200))
+    name = read_catalog(str(spoiled / "catalog")).images[0].name
+    explain_image(work, name, Console(file=told, width=200))
+    text = told.getvalue()
+    assert f"refinement of poses of the run in {spoiled / 'run'}" in text
+    assert "Given poses were refined" in text
+    assert f"cityflow status {spoiled / 'run'}" in text
+    assert "It has a pose" in text
+    assert "not complete" not in text
+    with pytest.raises(RunError, match="belong to a run"):
+        rerun_orientation(work, Selection(failed=True), "", 1, Console(quiet=True))
 
 
 def test_spoiled_poses_are_adjusted_once_and_every_command_has_them(spoiled: Path) -> None:

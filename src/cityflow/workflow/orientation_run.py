@@ -9,9 +9,11 @@ from pathlib import Path
 
 from rich.console import Console
 
+from cityflow.errors import RunError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.io.catalog.stac import read_catalog
+from cityflow.runs.first_look import ORIENTATION
 from cityflow.runs.orientation_asked import RESULT, OrientationAsked, asked_in, expected_in, write_asked
 from cityflow.stages.orient import BLOCK
 from cityflow.workflow.chosen_part import Selection
@@ -63,6 +65,9 @@ def rerun_orientation(url: str, selection: Selection, scheduler: str, workers: i
     """
     store = Store.open(url)
     asked, images = asked_in(store), set(expected_in(store).images)
+    if asked.of_run:
+        remedy = "cityflow run on the RUN tries again what failed; --set orient.refine=always adjusts all"
+        raise RunError("these tasks belong to a run, which looks at its poses by them", where=url, remedy=remedy)
     with Ledger.open(store) as ledger:
         named = tuple(named_in(url, selection.units, ledger))
         refuse_unknown_stage(ledger, selection)
@@ -84,6 +89,11 @@ def rerun_orientation(url: str, selection: Selection, scheduler: str, workers: i
 def _noted(work: Path, asked: OrientationAsked) -> Iterator[None]:
     """Say in the work folder what is asked for; nothing is left of it where the orientation is refused before its first task."""
     was_there = work.exists()
+    if (work / ORIENTATION).is_file() and asked_in(Store.open(str(work))).of_run:
+        remedy = "name another one with --work"
+        raise RunError(
+            "the folder has the tasks of a run, which looks at its poses by them", where=str(work), remedy=remedy
+        )
     store = Store.open(str(work))
     store.check_writable()
     write_asked(store, asked)

@@ -6,6 +6,7 @@ import json
 import shlex
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -58,8 +59,11 @@ def orientation_standing(store: Store, ledger: Ledger, asked: OrientationAsked, 
     ----------
     shown_as : how commands shall name the folder
     """
-    at_work, expected = is_held(store), expected_in(store)
-    complete = not at_work and store.exists(RESULT)
+    expected = expected_in(store)
+    # the run holds its own folder, and notes there what it has found
+    held = Store.open(_run_of(store)) if asked.of_run else store
+    at_work = is_held(held)
+    complete = not at_work and held.exists(RESULT)
     counts, units = _counts(store, ledger, expected.counts), (*expected.images, BLOCK)
     stages: list[StageStanding] = []
     problems: list[Problem] = []
@@ -71,8 +75,14 @@ def orientation_standing(store: Store, ledger: Ledger, asked: OrientationAsked, 
         stages.append(stage_standing(stage, tally, tally.records if complete else counts.get(stage), 0))
         problems.extend(problems_in(stage, tally))
     way = "orientation of photographs" if asked.photographs else "refinement of poses"
+    way += f" of the run in {_run_of(store)}" if asked.of_run else ""
     steps = list(_next(shown_as, asked, at_work, complete, problems))
     return Standing(store.root, way, asked.given, at_work, complete, stages, {}, 0, problems, [], ledger.problems(), steps)  # fmt: skip
+
+
+def _run_of(store: Store) -> str:
+    """Folder of the run whose poses are looked at."""
+    return str(Path(store.root).parent)
 
 
 def _counts(store: Store, ledger: Ledger, counts: Mapping[str, int]) -> dict[str, int]:
@@ -86,6 +96,12 @@ def _counts(store: Store, ledger: Ledger, counts: Mapping[str, int]) -> dict[str
 def _next(named: str, asked: OrientationAsked, at_work: bool, complete: bool, problems: list[Problem]) -> Iterator[str]:
     """What to do, the most urgent first."""
     work, out = shlex.quote(named), shlex.quote(asked.out)
+    if asked.of_run:
+        run = shlex.quote(str(Path(named).parent))
+        if any(p.status == Status.FAILED for p in problems):
+            yield f"cityflow explain {work} IMAGE says why an image failed; mend the cause: the next cityflow run tries again"
+        yield f"cityflow status {run} says how the run stands that these tasks are of"
+        return
     if at_work:
         yield f"the orientation is at work: cityflow status {work} again says how far it is"
         return

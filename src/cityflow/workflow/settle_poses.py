@@ -25,6 +25,7 @@ from cityflow.flow.task import Record, Task
 from cityflow.flow.task_source import Source
 from cityflow.handover.tie_sample import flown_of, stars_of
 from cityflow.reporting.poses_words import lines_of_poses
+from cityflow.runs.orientation_asked import RESULT, OrientationAsked, expected_in, note_expected, write_asked
 from cityflow.runs.poses_note import NOTE, SettledPoses, write_poses
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.settled_poses import digest_of_poses, is_refinable, sample_figures
@@ -99,9 +100,13 @@ class _Settling:
     def settled(self) -> SettledPoses:
         """What was found out."""
         flown = flown_of(self._given.images)
+        names = [a.name for a in self._given.images]
+        write_asked(self._work, OrientationAsked(self._given.href, self._wanted.store.url(CATALOG), False, of_run=True))
         found = SettledPoses(digest_of_poses(self._wanted.workflow.city, self._given), refined=False)
         with Ledger.open(self._work) as ledger:
             if self._asked.refine == "auto":
+                stars = SampleSource(stars_of(flown))
+                note_expected(self._work, _sample_counts(stars), names)
                 sample = self._ran(lambda: SampleSource(stars_of(flown)), _sample_counts, ledger)
                 error = sample.error
                 found = replace(found, sample=sample_figures(error, sample.images), is_final=sample.is_whole)
@@ -109,6 +114,8 @@ class _Settling:
                     return self._unrefined(found)
             source = OrientSource(flown, self._asked)
             if source.pairs:
+                counts = {**expected_in(self._work).counts, **_block_counts(source)}
+                note_expected(self._work, counts, names)
                 source = self._ran(lambda: OrientSource(flown, self._asked), _block_counts, ledger)
             try:
                 block = self._adjusted(source, ledger)
@@ -122,7 +129,9 @@ class _Settling:
         if not block.summary["refined"]:
             return self._unrefined(found)
         if self._wanted.store.is_local:
-            write_refined(self._given, block, self._asked, Path(self._wanted.store.url(CATALOG)))
+            place = Path(self._wanted.store.url(CATALOG))
+            write_refined(self._given, block, self._asked, place)
+            self._work.write_bytes(RESULT, (place / RESULT).read_bytes())
         return replace(found, refined=True, block=block.block)
 
     def _unrefined(self, found: SettledPoses) -> SettledPoses:
