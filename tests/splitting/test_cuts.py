@@ -7,11 +7,11 @@ import pytest
 import shapely
 from shapely import LineString, Polygon, box
 
-from cityflow.splitting.axis_strips import axis_strips
-from cityflow.splitting.cut_chords import line_at, off_corners
-from cityflow.splitting.cut_places import edge_position
-from cityflow.splitting.cuts import maxima
-from cityflow.splitting.running_median import block_medians, windowed_medians
+from cityflow.splitting.cuts.cut_chords import line_at, off_corners
+from cityflow.splitting.cuts.cut_places import edge_position
+from cityflow.splitting.cuts.cuts import maxima
+from cityflow.splitting.scores.running_median import block_medians, windowed_medians
+from cityflow.splitting.strips.axis_strips import axis_strips
 
 
 @pytest.mark.parametrize("true", [5.0, 5.03, 5.08, 4.91])

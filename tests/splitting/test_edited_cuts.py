@@ -7,7 +7,7 @@ from shapely import LineString, Polygon, box
 
 from cityflow.core.edits import DrawnOutline, Edits
 from cityflow.core.splitting import CutLine, Splitting
-from cityflow.splitting.edited_cuts import LOCKED, edited_cuts, with_edits
+from cityflow.splitting.cuts.edited_cuts import LOCKED, edited_cuts, with_edits
 from cityflow.splitting.partition import partition
 
 ROW = box(0, 0, 60, 10)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import Float32Array
-from cityflow.splitting.gap_strips import GapStrip, find_gaps
-from cityflow.splitting.strip_rasters import RoofRaster
+from cityflow.splitting.strips.gap_strips import GapStrip, find_gaps
+from cityflow.splitting.strips.strip_rasters import RoofRaster
 
 CELL_M, DEPTH_M, LENGTH_M = 0.08, 9.0, 30.0
 

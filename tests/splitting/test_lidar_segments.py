@@ -9,9 +9,9 @@ from shapely import Polygon
 
 from cityflow.core.points import HIGH_NOISE, PointCloud, concatenate
 from cityflow.core.splitting import POINTS, Segments, SplitEvidence
-from cityflow.splitting.lidar_segments import LidarSegmentParameters, lidar_segments
-from cityflow.splitting.principal import PrincipalParameters, principal_directions
-from cityflow.splitting.segments import SegmentParameters, find_segments
+from cityflow.splitting.directions.principal import PrincipalParameters, principal_directions
+from cityflow.splitting.segments.lidar_segments import LidarSegmentParameters, lidar_segments
+from cityflow.splitting.segments.segments import SegmentParameters, find_segments
 from house_row import HouseRow, found_share, nadir, rasters, scanned
 
 ROW = HouseRow(eaves=(6.0, 6.5, 6.2, 5.0), facades=(100,) * 4, roofs=(100,) * 4, turn_deg=23.0)

@@ -10,7 +10,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import grown
 from cityflow.core.points import PointCloud
 from cityflow.core.splitting import SplitEvidence
-from cityflow.splitting.lidar_surface import lidar_raster
+from cityflow.splitting.lidar.lidar_surface import lidar_raster
 from cityflow.splitting.split import SplitParameters, split
 
 WIDTH_M, COUNT, DEPTH_M, TURN_DEG = 5.4, 5, 9.0, 21.0

@@ -5,14 +5,14 @@ import pytest
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.splitting import ORTHO, Segments, joined_segments
-from cityflow.splitting.principal import (
+from cityflow.splitting.directions.principal import (
     PrincipalParameters,
     filtered,
     follows_principal,
     orientation_at,
     principal_directions,
 )
-from cityflow.splitting.principal_histogram import Sample, apart, density, deviation_deg, mixture, peaks_of
+from cityflow.splitting.directions.principal_histogram import Sample, apart, density, deviation_deg, mixture, peaks_of
 
 P = PrincipalParameters()
 METRE_SIGMA_DEG = 4.0

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import FloatArray
-from cityflow.splitting.lidar_cuts import mark_odds
-from cityflow.splitting.roof_marks import RoofMarks, roof_marks
+from cityflow.splitting.lidar.lidar_cuts import mark_odds
+from cityflow.splitting.scores.roof_marks import RoofMarks, roof_marks
 
 CELL_M, ROWS = 0.2, 20
 U = np.arange(0.0, 24.0, CELL_M)

@@ -9,8 +9,8 @@ import shapely
 from shapely import Polygon
 
 from cityflow.core.splitting import ORTHO, SURFACE, FrameRasters, Segments
-from cityflow.splitting.raster_windows import covered, evidence_window, window_grid
-from cityflow.splitting.segments import SegmentParameters, find_segments
+from cityflow.splitting.segments.segments import SegmentParameters, find_segments
+from cityflow.splitting.strips.raster_windows import covered, evidence_window, window_grid
 from house_row import HouseRow, evidence, found_share, nadir, rasters, tilted
 
 CELL, OBLIQUE_CELL = 0.08, 0.12

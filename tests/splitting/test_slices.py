@@ -8,8 +8,8 @@ from shapely import box
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.splitting import ORTHO, Segments
-from cityflow.splitting.axis_strips import AxisStrip, axis_strips
-from cityflow.splitting.slices import SliceEvidence, points_on_segments, slice_evidence
+from cityflow.splitting.strips.axis_strips import AxisStrip, axis_strips
+from cityflow.splitting.strips.slices import SliceEvidence, points_on_segments, slice_evidence
 
 EAVES_M, GROUND_M = 8.0, 2.0
 

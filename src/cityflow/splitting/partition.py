@@ -14,8 +14,8 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.geometry.ring_vertices import line_with_vertices, on_lattice
 from cityflow.geometry.ring_vertices import with_vertices as with_vertices
-from cityflow.splitting.chords import LATTICE_M, Borders, chord, pieces_inside
-from cityflow.splitting.gaps import gap_lines, gap_within
+from cityflow.splitting.cuts.chords import LATTICE_M, Borders, chord, pieces_inside
+from cityflow.splitting.cuts.gaps import gap_lines, gap_within
 
 _NARROWEST_M = 1.0
 """What is narrower nowhere holds a house."""

@@ -12,17 +12,23 @@ from shapely import Polygon
 
 from cityflow.core.parameters import Parameters
 from cityflow.core.splitting import SURFACE, CutLine, Segments, SplitEvidence, Splitting, joined_segments
-from cityflow.splitting.axis_strips import AxisStrip, axis_strips, is_round
-from cityflow.splitting.cut_chords import line_at, off_corners, turned
-from cityflow.splitting.cuts import Candidate, candidates
-from cityflow.splitting.gap_strips import GapStrip, find_gaps
-from cityflow.splitting.lidar_cuts import from_points, lidar_candidates
+from cityflow.splitting.cuts.cut_chords import line_at, off_corners, turned
+from cityflow.splitting.cuts.cuts import Candidate, candidates
+from cityflow.splitting.directions.principal import (
+    Principal,
+    PrincipalParameters,
+    filtered,
+    orientation_at,
+    principal_directions,
+)
+from cityflow.splitting.lidar.lidar_cuts import from_points, lidar_candidates
 from cityflow.splitting.partition import partition
-from cityflow.splitting.principal import Principal, PrincipalParameters, filtered, orientation_at, principal_directions
-from cityflow.splitting.segments import SegmentParameters, find_segments
-from cityflow.splitting.slices import SegmentPoints, points_on_segments
-from cityflow.splitting.strip_evidence import look_at_strip
-from cityflow.splitting.strip_rasters import Cells, facade_cells, roof_raster
+from cityflow.splitting.segments.segments import SegmentParameters, find_segments
+from cityflow.splitting.strips.axis_strips import AxisStrip, axis_strips, is_round
+from cityflow.splitting.strips.gap_strips import GapStrip, find_gaps
+from cityflow.splitting.strips.slices import SegmentPoints, points_on_segments
+from cityflow.splitting.strips.strip_evidence import look_at_strip
+from cityflow.splitting.strips.strip_rasters import Cells, facade_cells, roof_raster
 
 SAME_LINE_M = 1.2
 """Lines of neighbouring strips whose middles are nearer are the same border."""

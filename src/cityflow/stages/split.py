@@ -27,7 +27,7 @@ from cityflow.handover.outline_lines import OutlineAt
 from cityflow.handover.split_lines import encode_splitting
 from cityflow.handover.surface_windows import read_windows
 from cityflow.handover.surfaces import Surfaces
-from cityflow.splitting.edited_cuts import is_locked, with_edits
+from cityflow.splitting.cuts.edited_cuts import is_locked, with_edits
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.surface.sample import sample
 from cityflow.survey.city import City

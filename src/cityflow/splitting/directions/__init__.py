@@ -1,0 +1,1 @@
+"""Principal directions of a block (Dahlke et al. 2017)."""

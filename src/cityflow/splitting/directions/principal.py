@@ -1,0 +1,223 @@
+"""Principal directions of a complex: main and side maxima of aspect, and slopes (Dahlke 2017 §2.1, Fig. 2 and 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydantic import Field
+
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.building import Direction
+from cityflow.core.parameters import Parameters
+from cityflow.core.splitting import Segments
+from cityflow.splitting.directions.principal_histogram import (
+    Peak,
+    Sample,
+    apart,
+    density,
+    deviation_deg,
+    mixture,
+    peaks_of,
+)
+from cityflow.splitting.directions.principal_spread import LEVEL_DEG, UPRIGHT_DEG, aspect_sigma_deg, slope_sigma_deg
+
+RIGHT_DEG = 90.0
+SURE_VOTE = 0.6
+
+
+class PrincipalParameters(Parameters):
+    """How principal directions are told from the rest."""
+
+    bin_deg: float = Field(0.25, gt=0, le=2, description="width of a bin of the histograms, degrees")
+    metre_sigma_deg: float = Field(
+        4.0,
+        gt=0,
+        le=30,
+        description="standard deviation of the direction of a segment of one metre before the data tell theirs, degrees",
+    )
+    least_share: float = Field(0.08, gt=0, le=1, description="a side maximum's weight over that of the main one")
+    least_slope_share: float = Field(0.15, gt=0, le=1, description="the same for slopes")
+    least_apart_deg: float = Field(1.2, gt=0, le=20, description="maxima of aspect that are nearer are one, degrees")
+    most_aspects: int = Field(12, ge=1, le=40, description="largest number of orientations")
+    most_slopes: int = Field(6, ge=1, le=40, description="largest number of slopes")
+    right_deg: float = Field(
+        1.5, gt=0, le=10, description="largest deviation of two main directions from a right angle, degrees"
+    )
+    least_weight: float = Field(0.35, ge=0, le=1, description="least share of length along main directions")
+    main_weight: float = Field(
+        0.4, ge=0, le=1, description="least share of it along the main orientation; less is a curved row"
+    )
+    least_segments: int = Field(
+        6, ge=1, le=10000, description="fewer segments with a direction give no main directions"
+    )
+    aspect_deg: float = Field(
+        2.0, gt=0, le=20, description="largest deviation of a segment from its main direction, degrees"
+    )
+    slope_deg: float = Field(4.0, gt=0, le=30, description="largest deviation of a segment from a main slope, degrees")
+    position_m: float = Field(
+        0.06, ge=0, le=1, description="uncertainty of a segment's ends: short ones may be off more, metres"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Principal:
+    """Principal directions of a complex.
+
+    Attributes
+    ----------
+    aspects : strongest first; an aspect and its perpendicular are two. `sigma` is that of the direction, not of its lines
+    slopes : between level and upright, strongest first
+    good : whether two aspects stand at a right angle, and enough follows them
+    reason : why not; empty where all is well
+    orientation : for each aspect the orientation that it belongs to; perpendicular aspects share one. 0 is the strongest
+    votes : for each orientation the numbers of the segments that follow it and no other
+    """
+
+    aspects: tuple[Direction, ...]
+    slopes: tuple[Direction, ...]
+    good: bool
+    reason: str
+    orientation: tuple[int, ...] = ()
+    votes: tuple[IntArray, ...] = field(default=(), repr=False)
+
+    def aspects_of(self, orientation: int) -> tuple[Direction, ...]:
+        """The one or two aspects of an orientation, strongest first."""
+        return tuple(a for a, k in zip(self.aspects, self.orientation, strict=True) if k == orientation)
+
+
+def principal_directions(segments: Segments, parameters: PrincipalParameters) -> Principal:
+    """Maxima of aspect over all segments, and of slope over those with a principal aspect.
+
+    Aspects are looked at modulo 90° first, so that a part of the complex and its perpendicular add up; a
+    mixture of normal distributions then separates orientations that are two or three degrees apart.
+    """
+    chosen = np.flatnonzero(segments.slope_deg <= UPRIGHT_DEG)
+    if len(chosen) < parameters.least_segments:
+        return Principal((), (), False, "too few segments for main directions")
+    part = segments.take(chosen)
+    weight = part.length * np.cos(np.radians(part.slope_deg))
+    sigma, peaks = _orientations(part, weight, parameters)
+    if not peaks:
+        return Principal((), (), False, "no main direction found")
+    peaks, belongs = mixture(_folded(part, weight, sigma), peaks)
+    aspects, of = _aspects(part.aspect_deg, weight, sigma, peaks, belongs)
+    follows = belongs.sum(axis=0) >= 0.5
+    slopes = _slopes(part.take(follows), parameters)
+    votes = tuple(chosen[b >= SURE_VOTE] for b in belongs)
+    reason = _doubt(aspects, of, float(weight[follows].sum() / weight.sum()), parameters)
+    return Principal(aspects, slopes, not reason, reason, of, votes)
+
+
+def orientation_at(segments: Segments, principal: Principal, xy: FloatArray, radius: float) -> int:
+    """The orientation that most of the segments' length around a place follows; -1 where none votes.
+
+    Parameters
+    ----------
+    segments : those that `principal` was found from
+    xy : (2,) world metres
+    radius : metres; half as far counts half as much again
+    """
+    middle = 0.5 * (segments.start + segments.end)[:, :2]
+    near = np.exp(-0.5 * (np.linalg.norm(middle - np.asarray(xy), axis=1) / radius) ** 2) * segments.length
+    heard = np.array([near[v].sum() for v in principal.votes])
+    return int(np.argmax(heard)) if heard.max(initial=0.0) > 1e-3 else -1
+
+
+def filtered(segments: Segments, principal: Principal, parameters: PrincipalParameters) -> Segments:
+    """Without what is off the principal directions. Upright segments stay: their aspect has no meaning."""
+    return segments.take(follows_principal(segments, principal, parameters))
+
+
+def follows_principal(segments: Segments, principal: Principal, parameters: PrincipalParameters) -> BoolArray:
+    """(N,) segments that are upright, or level in a principal aspect, or of a principal aspect and a principal slope."""
+    slope = segments.slope_deg
+    plan = np.maximum(segments.length * np.cos(np.radians(slope)), 1e-6)
+    loose = np.minimum(np.degrees(np.arctan(parameters.position_m / plan)), parameters.aspect_deg)
+    aspect_fits = _fits(segments.aspect_deg, principal.aspects, parameters.aspect_deg + loose, 180.0)
+    loose = np.degrees(np.arctan(parameters.position_m / np.maximum(segments.length, 1e-6)))
+    slope_fits = _fits(slope, principal.slopes, parameters.slope_deg + np.minimum(loose, parameters.slope_deg), 0.0)
+    return np.asarray((slope > UPRIGHT_DEG) | (aspect_fits & ((slope < LEVEL_DEG) | slope_fits)))
+
+
+def _fits(values: FloatArray, directions: tuple[Direction, ...], tolerance: FloatArray, period: float) -> BoolArray:
+    result = np.zeros(len(values), bool)
+    for d in directions:
+        result |= np.abs(deviation_deg(values, d.degrees, period)) <= tolerance
+    return result
+
+
+def _folded(segments: Segments, weight: FloatArray, sigma: FloatArray) -> Sample:
+    return Sample(segments.aspect_deg % RIGHT_DEG, weight, sigma, (0.0, RIGHT_DEG), True)
+
+
+def _orientations(
+    segments: Segments, weight: FloatArray, parameters: PrincipalParameters
+) -> tuple[FloatArray, list[Peak]]:
+    """Standard deviations of the segments' aspects, first by their length alone, then as each local frame's own scatter tells;
+    and the maxima modulo 90°, strongest first."""
+    sigma, peaks = aspect_sigma_deg(segments, None, parameters.metre_sigma_deg), list[Peak]()
+    for _ in range(2):
+        sample = _folded(segments, weight, sigma)
+        histogram = density(sample, parameters.bin_deg)
+        peaks = peaks_of(histogram, sample.span, True, parameters.least_share, parameters.most_aspects)
+        peaks = apart(mixture(sample, peaks)[0], RIGHT_DEG, parameters.least_apart_deg)
+        peaks = [p for p in peaks if p.weight >= parameters.least_share * peaks[0].weight]
+        if not peaks:
+            break
+        off = np.stack([deviation_deg(sample.degrees, p.degrees, RIGHT_DEG) for p in peaks])
+        nearest = off[np.argmin(np.abs(off), axis=0), np.arange(off.shape[1])]
+        sigma = aspect_sigma_deg(segments, nearest, parameters.metre_sigma_deg)
+    return sigma, peaks
+
+
+def _aspects(
+    aspect: FloatArray, weight: FloatArray, sigma: FloatArray, peaks: list[Peak], shares: FloatArray
+) -> tuple[tuple[Direction, ...], tuple[int, ...]]:
+    """Each orientation's two aspects, as far as segments have them, strongest first."""
+    found: list[tuple[Direction, int]] = []
+    for k, (peak, belongs) in enumerate(zip(peaks, shares, strict=True)):
+        for turn in (0.0, RIGHT_DEG):
+            off = deviation_deg(aspect, peak.degrees + turn, 180.0)
+            mine = belongs * (np.abs(off) < RIGHT_DEG / 2)
+            share = float((mine * weight).sum() / weight.sum())
+            exact = mine / sigma**2
+            if share < 0.03 * peak.weight or exact.sum() <= 0:
+                continue
+            own, own_sigma = float((exact * off).sum() / exact.sum()), float(1 / np.sqrt(exact.sum()))
+            # a wall's lines and its perpendicular's tell of one orientation, as long as they do not contradict
+            turned = own if abs(own) > 3 * own_sigma + 0.2 else 0.0
+            deviation = own_sigma if turned else peak.sigma
+            found.append((Direction(float((peak.degrees + turn + turned) % 180), deviation, share), k))
+    found.sort(key=lambda f: (-f[0].weight, f[0].degrees))
+    return tuple(f[0] for f in found), tuple(f[1] for f in found)
+
+
+def _slopes(segments: Segments, parameters: PrincipalParameters) -> tuple[Direction, ...]:
+    slope = segments.slope_deg
+    inside = (slope > LEVEL_DEG) & (slope < UPRIGHT_DEG)
+    if not inside.any():
+        return ()
+    part, span = segments.take(inside), (LEVEL_DEG, UPRIGHT_DEG)
+    sample = Sample(slope[inside], part.length, slope_sigma_deg(part, parameters.metre_sigma_deg), span, False)
+    histogram = density(sample, parameters.bin_deg)
+    peaks = peaks_of(histogram, span, False, parameters.least_slope_share, parameters.most_slopes)
+    found = apart(mixture(sample, peaks)[0], 0.0, 2 * parameters.least_apart_deg)
+    found = [p for p in found if p.weight >= parameters.least_slope_share * found[0].weight]
+    return tuple(Direction(p.degrees, p.sigma, p.weight) for p in found)
+
+
+def _doubt(aspects: tuple[Direction, ...], of: tuple[int, ...], share: float, parameters: PrincipalParameters) -> str:
+    """Why the directions should not be trusted; empty where they may."""
+    main = [a.degrees for a, k in zip(aspects, of, strict=True) if k == 0]
+    if len(main) < 2:
+        return "no two main directions are perpendicular"
+    off = abs(abs(float(deviation_deg(np.array(main[0]), main[1], 180.0))) - RIGHT_DEG)
+    if off > parameters.right_deg:
+        return f"the main directions differ from a right angle by {off:.1f}°"
+    if share < parameters.least_weight:
+        return f"only {share:.0%} of the segments' length follows the main directions"
+    first = sum(a.weight for a, k in zip(aspects, of, strict=True) if k == 0) / sum(a.weight for a in aspects)
+    if first < parameters.main_weight and len(set(of)) > 3:
+        return f"{len(set(of))} directions without a main one: a curved row"
+    return ""

@@ -1,0 +1,1 @@
+"""Candidate lines and borders from LiDAR points."""

@@ -1,0 +1,1 @@
+"""What speaks for a candidate line: heights, roofs, colours, façades, repetition."""

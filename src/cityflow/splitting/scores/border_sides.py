@@ -1,0 +1,43 @@
+"""Colours on the one side of a border against those on the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray
+from cityflow.splitting.scores.running_median import block_medians
+from cityflow.splitting.scores.score_colour import DARK, Change
+
+SHARP_SHARE = (0.35, 0.65)
+"""Share of a façade's height at which its colour changes just there: below the first it does not count, above the second wholly."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sides:
+    """How far one may look before and after a border: u of the neighbouring borders, metres."""
+
+    left: float
+    right: float
+
+
+def share_of(near: FloatArray, ratio: FloatArray) -> float:
+    """How many of some changes, one a line, go the way of the whole: 0 for few, 1 for most."""
+    return most_of(float((near @ ratio > 0.5 * float(ratio @ ratio)).mean()))
+
+
+def most_of(share: float) -> float:
+    return float(np.clip((share - SHARP_SHARE[0]) / (SHARP_SHARE[1] - SHARP_SHARE[0]), 0, 1))
+
+
+def change_across(change: Change, u: float, sides: Sides, edges: np.ndarray, reach: tuple[float, float]) -> FloatArray:
+    """(B, C) relative change from before to after."""
+    at, (side, guard) = change.u, reach
+    before = np.searchsorted(at, [max(sides.left + guard, u - side), u - guard])
+    after = np.searchsorted(at, [u + guard, min(sides.right - guard, u + side)])
+    if before[1] - before[0] < 2 or after[1] - after[0] < 2:
+        return np.full((len(edges) - 1, change.image.shape[2]), np.nan)
+    low = block_medians(change.image, (int(before[0]), int(before[1])), edges, 0.1).astype(np.float64)
+    high = block_medians(change.image, (int(after[0]), int(after[1])), edges, 0.1).astype(np.float64)
+    return np.asarray((high - low) / (0.5 * (high + low) + DARK))

@@ -1,0 +1,1 @@
+"""Line segments of images, heights and LiDAR points."""

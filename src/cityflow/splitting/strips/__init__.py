@@ -1,0 +1,1 @@
+"""Strips and slices along candidate lines, and what they show."""

@@ -1,0 +1,135 @@
+"""Slices of an axis strip and what of the segments lies in each (Dahlke 2017 §2.2).
+
+Points are laid on the segments at GSD spacing, each with the segment's attitude. A slice is as wide as two GSD; in it, upright segments at
+either façade and segments along the slice on the roof are told by the share of the façade's height and of the slice's length that they cover.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.splitting import Segments
+from cityflow.splitting.strips.axis_strips import AxisStrip
+
+UPRIGHT_DEG = 75.0
+"""Steeper segments are upright."""
+ALONG_SLICE_DEG = 8.0
+"""How far a segment in a slice may be turned from it in plan."""
+CELL_M = 0.25
+"""Coverage is counted in cells of this size, up the façade and along the slice."""
+FACADE_REACH_M = 1.0
+"""How far upright segments may stand from the outline: eaves, reveals, bays."""
+
+
+@dataclass(frozen=True, slots=True)
+class SegmentPoints:
+    """Points on segments: (P, 3) world metres, the segment each lies on, whether that one is upright, and its direction in plan."""
+
+    xyz: FloatArray
+    segment: IntArray
+    upright: BoolArray
+    aspect_deg: FloatArray
+    strength: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class SliceEvidence:
+    """Of each station of an axis strip, (S,) each.
+
+    Attributes
+    ----------
+    vertical : (S, 2) share of the façade's height with upright segments, at the lower and the upper end
+    sloped : (S,) share of the chord with segments along it that are not upright
+    points : (S,) number of points of any attitude
+    """
+
+    vertical: FloatArray
+    sloped: FloatArray
+    points: IntArray
+
+
+def points_on_segments(segments: Segments, spacing_m: float) -> SegmentPoints:
+    """Evenly spaced points, both ends included."""
+    length = segments.length
+    count = np.maximum(np.ceil(length / spacing_m).astype(np.int64), 1) + 1
+    owner = np.repeat(np.arange(len(segments)), count)
+    place = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+    share = (place / (count[owner] - 1))[:, None]
+    xyz = segments.start[owner] + share * (segments.end - segments.start)[owner]
+    upright = segments.slope_deg > UPRIGHT_DEG
+    return SegmentPoints(
+        xyz, owner, upright[owner], segments.aspect_deg[owner], segments.strength[owner].astype(np.float64)
+    )
+
+
+def slice_evidence(
+    strip: AxisStrip, points: SegmentPoints, heights: tuple[FloatArray, FloatArray], ground: float
+) -> SliceEvidence:
+    """Count what lies in each slice.
+
+    Parameters
+    ----------
+    heights : (S,) each: height of the eaves at the lower and at the upper end of each chord; NaN where unknown
+    ground : height of the ground, metres
+    """
+    uv = strip.to_uv(points.xyz[:, :2])
+    step = float(strip.stations[1] - strip.stations[0])
+    at = np.floor((uv[:, 0] - strip.stations[0]) / step + 0.5).astype(np.int64)
+    within = (at >= 0) & (at < len(strip.stations))
+    within[within] &= (uv[within, 1] > strip.low[at[within]] - FACADE_REACH_M) & (
+        uv[within, 1] < strip.high[at[within]] + FACADE_REACH_M
+    )
+    number = np.bincount(at[within], minlength=len(strip.stations))
+    vertical = [
+        _upright_share(strip, points, uv, at, within, end, eaves, ground)
+        for end, eaves in zip((strip.low, strip.high), heights, strict=True)
+    ]
+    return SliceEvidence(np.column_stack(vertical), _sloped_share(strip, points, uv, at, within), number)
+
+
+def _upright_share(
+    strip: AxisStrip,
+    points: SegmentPoints,
+    uv: FloatArray,
+    at: IntArray,
+    within: BoolArray,
+    end: FloatArray,
+    eaves: FloatArray,
+    ground: float,
+) -> FloatArray:
+    slices = len(strip.stations)
+    near = within & points.upright
+    near[near] &= np.abs(uv[near, 1] - end[at[near]]) < FACADE_REACH_M
+    level = np.floor((points.xyz[:, 2] - ground) / CELL_M).astype(np.int64)
+    top = np.where(np.isfinite(eaves), eaves, np.nanmedian(eaves) if np.isfinite(eaves).any() else ground + 6.0)
+    cells = np.maximum(np.round((top - ground) / CELL_M).astype(np.int64), 1)
+    near[near] &= (level[near] >= 0) & (level[near] < cells[at[near]])
+    covered = np.zeros((slices, int(cells.max())), bool)
+    covered[at[near], level[near]] = True
+    return np.asarray(np.minimum(_widened(covered).sum(axis=1) / cells, 1.0))
+
+
+def _sloped_share(
+    strip: AxisStrip, points: SegmentPoints, uv: FloatArray, at: IntArray, within: BoolArray
+) -> FloatArray:
+    across = (strip.aspect_deg + 90.0) % 180.0
+    turn = np.abs((points.aspect_deg - across + 90.0) % 180.0 - 90.0)
+    lying = within & ~points.upright & (turn < ALONG_SLICE_DEG)
+    cells = np.maximum(np.ceil((strip.high - strip.low) / CELL_M).astype(np.int64), 1)
+    place = np.zeros(len(uv), np.int64)
+    place[lying] = np.floor((uv[lying, 1] - strip.low[at[lying]]) / CELL_M).astype(np.int64)
+    lying[lying] &= (place[lying] >= 0) & (place[lying] < cells[at[lying]])
+    covered = np.zeros((len(cells), int(cells.max())), bool)
+    covered[at[lying], place[lying]] = True
+    return np.asarray(np.minimum(_widened(covered).sum(axis=1) / cells, 1.0))
+
+
+def _widened(covered: BoolArray) -> BoolArray:
+    """Each slice also has what its two neighbours have: an edge seldom runs down the middle of a slice."""
+    wide = covered.copy()
+    wide[1:] |= covered[:-1]
+    wide[:-1] |= covered[1:]
+    return wide
