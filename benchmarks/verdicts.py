@@ -33,13 +33,24 @@ from verdict_cases import Case, cases_of, true_share
 from verdict_cases_images import image_cases
 from verdict_cases_sparse import sparse_cases
 
-FITTED, JUDGED = (*range(201, 207), *range(211, 214), *range(301, 304)), (515, 516, 517, 518)
 SURVEYS: Mapping[str, Callable[[int], Iterator[Case]]] = {
     "scanned": cases_of,
     "sparse": sparse_cases,
     "matched": image_cases,
 }
 """What a town's units are surveyed by: a scanner, a scanner with few points, images."""
+SCANS = (*range(201, 207), *range(211, 214), *range(301, 304))
+FITTED: Mapping[str, tuple[int, ...]] = {
+    "scanned": SCANS,
+    "sparse": SCANS,
+    "matched": (*SCANS, *range(601, 607), 701, 702),
+}
+JUDGED: Mapping[str, tuple[int, ...]] = {
+    "scanned": (515, 516, 517, 518),
+    "sparse": (515, 516, 517, 518),
+    "matched": tuple(range(801, 807)),
+}
+"""Seeds of the towns that the calibration is fitted to, and of those that judge it."""
 SCALES: dict[str, tuple[float, ...]] = {
     "off": (0.01, 0.1), "worst": (0.02, 0.2), "unseen": (0.01, 0.1), "loose": (0.01, 0.1), "strange": (0.01, 0.1), "unsure": (0.01, 0.1),
     "missed": (0.01, 0.05), "misplaced": (0.05, 0.5), "beside": (0.05,), "error_m": (0.05, 0.3), "few": (0.1, 0.5),
@@ -75,12 +86,8 @@ class Row:
     figures: Figures | None
 
 
-def rows_of(seed: int, cache: Path, surveys: Iterable[str]) -> list[Row]:
-    """The units of a town, judged; kept in `cache`, which is to be emptied when the code has changed."""
-    return [row for survey in surveys for row in _rows_of_survey(seed, survey, cache)]
-
-
-def _rows_of_survey(seed: int, survey: str, cache: Path) -> list[Row]:
+def rows_of(seed: int, survey: str, cache: Path) -> list[Row]:
+    """The units of a town under a survey, judged; kept in `cache`, which is to be emptied when the code has changed."""
     path = cache / f"verdicts_{survey}_{seed}.pkl"
     if not path.exists():
         rows = []
@@ -196,13 +203,16 @@ def main() -> None:
     options.add_argument("--cache", type=Path, required=True)
     options.add_argument("--fit", action="store_true")
     options.add_argument("--write", action="store_true")
-    options.add_argument("--fitted", type=int, nargs="+", default=FITTED)
-    options.add_argument("--judged", type=int, nargs="+", default=JUDGED)
+    options.add_argument("--fitted", type=int, nargs="+", help="other seeds than those of the committed calibration")
+    options.add_argument("--judged", type=int, nargs="+", help="other seeds than those that nothing was fitted to")
     options.add_argument("--surveys", nargs="+", default=list(SURVEYS), choices=list(SURVEYS))
     asked = options.parse_args()
     start = time.process_time()
+    given, usual = (asked.fitted, FITTED) if asked.fit else (asked.judged, JUDGED)
+    rows = [
+        r for survey in asked.surveys for seed in given or usual[survey] for r in rows_of(seed, survey, asked.cache)
+    ]
     if asked.fit:
-        rows = [r for seed in asked.fitted for r in rows_of(seed, asked.cache, asked.surveys)]
         path = Path(weights_module.__file__)
         text = path.read_text()
         for name, written in calibrations(rows).items():
@@ -211,7 +221,7 @@ def main() -> None:
         if asked.write:
             path.write_text(text)
     else:
-        report([r for seed in asked.judged for r in rows_of(seed, asked.cache, asked.surveys)])
+        report(rows)
     print(f"{time.process_time() - start:.0f} s of processor time")
 
 

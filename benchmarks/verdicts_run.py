@@ -25,7 +25,7 @@ from cityflow.synthetic.town_units import Unit
 from town_models import buildings_of
 from verdict_cases import GOOD_SHARE, true_places, true_share
 
-AROUND_M, MOST, PART = 4.0, 0.5, 0.1
+AROUND_M, MOST = 4.0, 0.5
 
 
 def units_of(truth: Path) -> tuple[Unit, ...]:
