@@ -14,12 +14,12 @@ from cityflow.adjustment.control import Control, control_of
 from cityflow.adjustment.control_check import TO_CHECK, Agreement, agreement, placed
 from cityflow.adjustment.control_residuals import ControlFigures, point_residuals
 from cityflow.adjustment.kept_out_ties import Gain, gained
+from cityflow.adjustment.placing import robust_fit
 from cityflow.adjustment.tracks import Ties, spread
 from cityflow.adjustment.triangulation import triangulated
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.control_points import ControlPoint
-from cityflow.geometry.similarity import Similarity, similarity_between
 
 KEPT_OUT = 5
 """Every so many-th tie point is kept out of the adjustment, to judge it; set by hand, as are those below."""
@@ -29,8 +29,6 @@ FEW_TIES = 20
 """An image with fewer observations is weak."""
 WEAK_PX, WEAKER = 0.5, 2.0
 """And one whose pose stays less certain than this, in its pixels, and so many times less than most: what all share is the place of the block."""
-ROBUST_STEPS, ROBUST_MEDIANS = 10, 3.0
-"""How often the place of a block is found again, and how far off a tie point may lie for it, in the median of all."""
 LEAST_TOLERANCE_PX = 5.0
 """Control points may lie off a block that they do not hold yet by this, and three standard deviations of its positions."""
 
@@ -122,31 +120,14 @@ def on_given_ground(adjusted: Block, ties: Ties, given: Block) -> Block:
     Images alone hardly tell a principal point from a common tilt of cameras and ground, nor from a shift of one against the other. Outlines and control
     points that the given poses were adjusted to belong to the ground. Where it all moves by less than a pixel on the ground, it stays: no outline shows that.
     """
-    known = triangulated(given, ties).xyz
+    pixel_m = pixel_on_ground(adjusted, ties)
     try:
-        similarity = _robust_similarity(adjusted.xyz, known)
+        moved = placed(adjusted, robust_fit(adjusted.xyz, triangulated(given, ties).xyz, pixel_m).similarity)
     except ValueError:
         return adjusted
-    moved = placed(adjusted, similarity)
-    if np.median(np.linalg.norm(moved.xyz - adjusted.xyz, axis=1)) < pixel_on_ground(adjusted, ties):
+    if np.median(np.linalg.norm(moved.xyz - adjusted.xyz, axis=1)) < pixel_m:
         return adjusted
     return moved
-
-
-def _robust_similarity(source: FloatArray, target: FloatArray) -> Similarity:
-    """Between (N, 3) points and (N, 3) others, most of which belong together.
-
-    Raises
-    ------
-    ValueError
-        As for `similarity_between`.
-    """
-    found = Similarity(1.0, np.eye(3), np.asarray(np.median(target - source, axis=0)))
-    for _ in range(ROBUST_STEPS):
-        off = np.linalg.norm(found.moved(source) - target, axis=1)
-        used = off <= ROBUST_MEDIANS * np.median(off)
-        found = similarity_between(source[used], target[used])
-    return found
 
 
 def weak_images(names: Sequence[str], observations: IntArray, sigma_px: FloatArray) -> tuple[str, ...]:

@@ -39,7 +39,7 @@ from cityflow.survey.orient_parameters import OrientParameters, TieParameters
 
 FEATURES, TIES, ADJUST = "features", "ties", "adjust"
 STAGES = (FEATURES, TIES, ADJUST)
-VERSION, ADJUST_VERSION = 3, 7
+VERSION, ADJUST_VERSION = 3, 8
 BLOCK = "block"
 """The one unit of the adjustment."""
 FEATURES_FILE, TIES_FILE, BLOCK_FILE, POINTS_FILE = "features.bin", "ties.bin", "block.json", "points.npy"
