@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from adjustment.film import RATE, filmed
 from adjustment.scenes import rendered_hills
 from cityflow.errors import CatalogError
 from cityflow.evaluation.poses import pose_figures
+from cityflow.flow.cluster import connect
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.images.video import write_video
 from cityflow.reporting.carrier_track import LINE, POINTS, TRACK
@@ -32,14 +34,21 @@ FILM = VideoParameters(
 )  # fmt: skip
 
 
+@pytest.fixture(scope="module")
+def scheduler() -> Iterator[str]:
+    """Address of one whose worker serves all commands: each command's own would load every library anew."""
+    with connect(None, 1) as client:
+        yield client.scheduler_info()["address"]
+
+
 @pytest.mark.cluster
-def test_a_video_becomes_a_catalog_with_a_track(tmp_path: Path) -> None:
+def test_a_video_becomes_a_catalog_with_a_track(scheduler: str, tmp_path: Path) -> None:
     frames = filmed(FILM)
     video, out, work = tmp_path / "flight.mp4", tmp_path / "out", tmp_path / "work"
     write_video(video, (np.repeat(rendered_hills(f.image), 3, axis=2) for f in frames), SIZE, RATE)
     with (tmp_path / "told.txt").open("w") as told:
         console = Console(file=told, width=300)
-        run_orientation(OrientationAsked(str(video), str(out), True, scale_m=45.0), work, "", 1, console)
+        run_orientation(OrientationAsked(str(video), str(out), True, scale_m=45.0), work, scheduler, 0, console)
         print_orientation(str(work), console)
         explain_image(str(work), "block", console)
     text, report = (tmp_path / "told.txt").read_text(), json.loads((out / FIGURES).read_text())
