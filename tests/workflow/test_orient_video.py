@@ -71,6 +71,7 @@ def test_a_video_becomes_a_catalog_with_a_track(scheduler: str, tmp_path: Path) 
     page = (out / PAGE).read_text()
     assert 'polyline class="way"' in page
     assert f"{len(number)} of the {len(frames)} frames of flight.mp4 were taken as photographs" in page
+    assert "photographs. Passed over: " in page
     assert f"{len(number)} of {len(frames)} frames are taken" in text
     assert "Track of flight.mp4" in text
     assert "frames, version 1" in text
