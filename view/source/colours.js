@@ -25,7 +25,7 @@ export const UNKNOWN = '#9a9a9a';
 
 export const POINT_CLASSES = {
   1: ['Unclassified', '#b0b0b0'], 2: ['Ground', '#b39b75'], 3: ['Vegetation', '#2e7d5b'], 4: ['Vegetation', '#2e7d5b'],
-  5: ['Vegetation', '#2e7d5b'], 6: ['Building', '#e8743b'], 7: ['Noise', '#ff00ff'], 9: ['Water', '#4a90d9'], 17: ['Bridge', '#888844'],
+  5: ['Vegetation', '#2e7d5b'], 6: ['Building', '#e8743b'], 9: ['Water', '#4a90d9'], 17: ['Bridge', '#888844'],
 };
 
 export const CUTS = { taken: ['Taken', '#0b6bff'], refused: ['Candidate, not taken', '#f59f00'] };
