@@ -10,14 +10,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from cityflow.core import lens
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.pixels import level_shape
 
 PERSPECTIVE, FISHEYE = "perspective", "fisheye"
-UNDISTORT_STEPS = 20
-"""Fixed-point steps at most; they end where nothing changes."""
-UNDISTORTED = 1e-11
-"""Steps smaller than this change nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,29 +73,19 @@ class Camera:
         )
 
     def distort(self, normal: FloatArray) -> FloatArray:
-        """(N, 2) coordinates x/z, y/z in the camera frame → (N, 2) image coordinates, pixels."""
-        x, y = normal[..., 0], normal[..., 1]
+        """(..., 2) coordinates x/z, y/z in the camera frame → (..., 2) image coordinates, pixels."""
         if self.kind == FISHEYE:
-            x, y = _fisheye(x, y, self.distortion)
+            normal = lens.fisheye(normal, self.distortion)
         elif any(self.distortion):
-            x, y = _brown(x, y, self.distortion)
-        return np.stack([self.fx * x + self.cx, self.fy * y + self.cy], axis=-1)
+            return lens.brown(normal, self.distortion, (self.fx, self.fy, self.cx, self.cy))
+        return np.stack([self.fx * normal[..., 0] + self.cx, self.fy * normal[..., 1] + self.cy], axis=-1)
 
     def undistort(self, uv: FloatArray) -> FloatArray:
-        """(N, 2) image coordinates, pixels → (N, 2) x/z, y/z in the camera frame, to 1e-9 or so inside the image."""
+        """(..., 2) image coordinates, pixels → (..., 2) x/z, y/z in the camera frame, to 1e-9 or so inside the image."""
         target = (np.asarray(uv, np.float64) - (self.cx, self.cy)) / (self.fx, self.fy)
-        if self.kind == FISHEYE:
-            return _from_fisheye(target, self.distortion)
         if self.is_pinhole:
             return target
-        guess = target.copy()
-        for _ in range(UNDISTORT_STEPS):
-            x, y = _brown(guess[..., 0], guess[..., 1], self.distortion)
-            step = target - np.stack([x, y], axis=-1)
-            guess += step
-            if float(np.max(np.abs(step), initial=0.0)) < UNDISTORTED:
-                break
-        return guess
+        return (lens.from_fisheye if self.kind == FISHEYE else lens.from_brown)(target, self.distortion)
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,39 +146,3 @@ class OrientedImage:
             rotation=self.rotation @ frame_from_world.T,
             centre=frame_from_world @ (self.centre - np.asarray(origin, np.float64)),
         )
-
-
-def _brown(x: FloatArray, y: FloatArray, c: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
-    k1, k2, p1, p2, k3, k4, k5, k6 = (*c, *(0.0,) * (8 - len(c)))
-    r2 = x * x + y * y
-    radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
-    return (
-        x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
-        y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
-    )
-
-
-def _fisheye(x: FloatArray, y: FloatArray, c: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
-    r = np.hypot(x, y)
-    scale = np.where(r > 1e-12, _fisheye_radius(np.arctan(r), c) / np.where(r > 1e-12, r, 1.0), 1.0)
-    return x * scale, y * scale
-
-
-def _fisheye_radius(theta: FloatArray, c: tuple[float, ...]) -> FloatArray:
-    k1, k2, k3, k4 = (*c, *(0.0,) * (4 - len(c)))
-    t2 = theta * theta
-    return theta * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))))
-
-
-def _from_fisheye(target: FloatArray, c: tuple[float, ...]) -> FloatArray:
-    r = np.hypot(target[..., 0], target[..., 1])
-    k1, k2, k3, k4 = (*c, *(0.0,) * (4 - len(c)))
-    theta = np.minimum(r, 1.55)
-    for _ in range(UNDISTORT_STEPS):
-        t2 = theta * theta
-        slope = 1 + t2 * (3 * k1 + t2 * (5 * k2 + t2 * (7 * k3 + t2 * 9 * k4)))
-        theta = np.clip(
-            theta - (_fisheye_radius(theta, c) - r) / np.where(np.abs(slope) < 1e-6, 1e-6, slope), 0.0, 1.57
-        )
-    scale = np.where(r > 1e-12, np.tan(theta) / np.where(r > 1e-12, r, 1.0), 1.0)
-    return target * scale[..., None]

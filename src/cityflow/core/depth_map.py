@@ -12,7 +12,6 @@ from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray,
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Box
 from cityflow.core.kernels import njit
-from cityflow.core.lens import undistorted
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +119,7 @@ def world_points(depth: Float32Array, corner: tuple[int, int], image: OrientedIm
         lens = 1.0 / camera.fx, 1.0 / camera.fy, camera.cx, camera.cy
         return pixel, _by_pinhole(depth, pixel, place, lens, image.rotation, image.centre)
     rows, cols = np.divmod(pixel, depth.shape[1])
-    normal = undistorted(camera, np.column_stack([cols + place[1], rows + place[0]]))
+    normal = camera.undistort(np.column_stack([cols + place[1], rows + place[0]]))
     return pixel, _placed(depth.ravel(), pixel, normal, image.rotation, image.centre)
 
 

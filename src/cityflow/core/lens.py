@@ -1,46 +1,73 @@
-"""A camera's lens for many points at once, compiled: the same numbers, bit for bit, as `Camera.undistort` and `Camera.distort` give."""
+"""What a lens does to coordinates x/z, y/z in the camera frame: Brown's polynomials, compiled, and OpenCV's fisheye."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.camera import PERSPECTIVE, UNDISTORT_STEPS, UNDISTORTED, Camera
 from cityflow.core.kernels import njit
 
-COEFFICIENTS = 8
-"""Of a perspective lens: k1 k2 p1 p2 k3 k4 k5 k6."""
+UNDISTORT_STEPS = 20
+"""Steps at most; they end where nothing changes."""
+UNDISTORTED = 1e-11
+"""Steps smaller than this change nothing."""
+
+Coefficients = tuple[float, ...]
+"""In OpenCV's order: of Brown's lens k1 k2 p1 p2 [k3 [k4 k5 k6]], of a fisheye k1 k2 k3 k4; those that are not given are 0."""
 
 
-def undistorted(camera: Camera, uv: FloatArray) -> FloatArray:
-    """(..., 2) image coordinates, pixels → (..., 2) x/z, y/z in the camera frame, to 1e-9 or so inside the image."""
-    if not _is_compiled(camera):
-        return camera.undistort(uv)
-    target = (np.asarray(uv, np.float64) - (camera.cx, camera.cy)) / (camera.fx, camera.fy)
-    found: FloatArray = _undistorted(target.reshape(-1, 2), _coefficients(camera), UNDISTORT_STEPS, UNDISTORTED)
+def brown(normal: FloatArray, c: Coefficients, pinhole: tuple[float, float, float, float]) -> FloatArray:
+    """(..., 2) coordinates x/z, y/z → (..., 2) image coordinates, pixels, of a camera with fx, fy, cx, cy."""
+    flat = np.ascontiguousarray(normal, np.float64).reshape(-1, 2)
+    found: FloatArray = _distorted(flat, _filled(c, 8), _floats(pinhole))
+    return found.reshape(np.shape(normal))
+
+
+def from_brown(target: FloatArray, c: Coefficients) -> FloatArray:
+    """(..., 2) distorted coordinates → (..., 2) x/z, y/z."""
+    flat = np.ascontiguousarray(target, np.float64).reshape(-1, 2)
+    found: FloatArray = _undistorted(flat, _filled(c, 8), UNDISTORT_STEPS, UNDISTORTED)
     return found.reshape(target.shape)
 
 
-def distorted(camera: Camera, normal: FloatArray) -> FloatArray:
-    """(N, 2) coordinates x/z, y/z in the camera frame → (N, 2) image coordinates, pixels."""
-    if not _is_compiled(camera):
-        return camera.distort(normal)
-    found: FloatArray = _distorted(normal, _coefficients(camera), (camera.fx, camera.fy, camera.cx, camera.cy))
-    return found
+def fisheye(normal: FloatArray, c: Coefficients) -> FloatArray:
+    """(..., 2) coordinates x/z, y/z → (..., 2) distorted ones."""
+    r = np.hypot(normal[..., 0], normal[..., 1])
+    scale = np.where(r > 1e-12, _fisheye_radius(np.arctan(r), c) / np.where(r > 1e-12, r, 1.0), 1.0)
+    return np.asarray(normal * scale[..., None])
 
 
-def _is_compiled(camera: Camera) -> bool:
-    return camera.kind == PERSPECTIVE and not camera.is_pinhole
+def from_fisheye(target: FloatArray, c: Coefficients) -> FloatArray:
+    """(..., 2) distorted coordinates → (..., 2) x/z, y/z."""
+    r = np.hypot(target[..., 0], target[..., 1])
+    k1, k2, k3, k4 = _filled(c, 4)
+    theta = np.minimum(r, 1.55)
+    for _ in range(UNDISTORT_STEPS):
+        t2 = theta * theta
+        slope = 1 + t2 * (3 * k1 + t2 * (5 * k2 + t2 * (7 * k3 + t2 * 9 * k4)))
+        theta = np.clip(
+            theta - (_fisheye_radius(theta, c) - r) / np.where(np.abs(slope) < 1e-6, 1e-6, slope), 0.0, 1.57
+        )
+    scale = np.where(r > 1e-12, np.tan(theta) / np.where(r > 1e-12, r, 1.0), 1.0)
+    return target * scale[..., None]
 
 
-def _coefficients(camera: Camera) -> tuple[float, ...]:
-    given = tuple(map(float, camera.distortion))
-    return (*given, *(0.0,) * (COEFFICIENTS - len(given)))
+def _fisheye_radius(theta: FloatArray, c: Coefficients) -> FloatArray:
+    k1, k2, k3, k4 = _filled(c, 4)
+    t2 = theta * theta
+    return theta * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))))
+
+
+def _filled(c: Coefficients, length: int) -> tuple[float, ...]:
+    return (*_floats(c), *(0.0,) * (length - len(c)))
+
+
+def _floats(values: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple(map(float, values))
 
 
 @njit(cache=True, nogil=True, inline="always")
 def _brown(x, y, c):  # type: ignore[no-untyped-def]
-    """As `camera._brown`, operation by operation."""
     k1, k2, p1, p2, k3, k4, k5, k6 = c
     r2 = x * x + y * y
     radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))

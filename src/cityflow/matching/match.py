@@ -12,7 +12,6 @@ from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.depth_map import DepthMap
 from cityflow.core.ground_cells import GroundCells
-from cityflow.core.lens import undistorted
 from cityflow.core.parameters import Parameters
 from cityflow.core.pixels import Pixels
 from cityflow.matching.block_use import BlockUse, Square, squares_of
@@ -202,7 +201,7 @@ def _deal(
 def _normal(camera: Camera, window: Window) -> FloatArray:
     """(h, w, 2) undistorted normalised coordinates of the middles of the pixels of a window."""
     rows, cols = np.arange(window[0], window[1]) + 0.5, np.arange(window[2], window[3]) + 0.5
-    return undistorted(camera, np.stack(np.meshgrid(cols, rows), axis=-1))
+    return camera.undistort(np.stack(np.meshgrid(cols, rows), axis=-1))
 
 
 def _reach_px(parameters: MatchParameters) -> int:

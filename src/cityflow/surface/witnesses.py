@@ -19,7 +19,6 @@ from cityflow.core.camera import OrientedImage
 from cityflow.core.depth_map import DepthMap, world_points
 from cityflow.core.grid import Bounds
 from cityflow.core.kernels import njit
-from cityflow.core.lens import distorted
 from cityflow.core.parameters import Parameters
 from cityflow.surface.witness_views import Boxes, View, in_view, may_see, run_boxes, view_of
 
@@ -165,7 +164,7 @@ def _hear(asked: _Asked, other: Witness, view: View, p: WitnessParameters, speak
         return
     camera = image.camera
     lens = (camera.fx, camera.fy, camera.cx, camera.cy) if camera.is_pinhole else (1.0, 1.0, 0.0, 0.0)
-    places = normal if camera.is_pinhole else distorted(camera, normal)
+    places = normal if camera.is_pinhole else camera.distort(normal)
     gsd = AGREEMENT_GSD / camera.fx
     rasters = (other.depth, other.sigma, other.views, other.exact)
     limits = (AGREEMENT_SIGMAS, gsd, p.reach_m)
