@@ -14,7 +14,7 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.kernels import njit
-from cityflow.surface.ortho_camera import project
+from cityflow.surface.ortho_camera import lens_of, project
 from cityflow.surface.ortho_visibility import is_hidden
 
 BLENDED = 4
@@ -57,57 +57,53 @@ class Choice(NamedTuple):
     scale: FloatArray
 
 
-class _Looks(NamedTuple):
-    """What is known so far of each image at one cell, each (N,).
+RUN = 128
+"""Cells of a row that are looked at together: none of a block is longer."""
+LOOK, COST, U, V, DEPTH, RIM = 5 * RUN, 0, RUN, 2 * RUN, 3 * RUN, 4 * RUN
+"""Of an image, as far as it shows the cells of a row: its cost, infinite where it does not or has had its turn, then these; `RIM` is 1 far from the
+rim of the image and less where that has a say."""
 
-    Attributes
-    ----------
-    bound : cost, or a lower bound of it, or infinite where the image has had its turn
-    known : whether `bound` is the cost;  in_rim : whether the rim has a say
-    u, v, depth : where the image sees the cell, once the cost is known
+
+@njit(cache=True, nogil=True, inline="always", error_model="numpy")
+def _cost(lens, fisheye, size, x, y, z, limits):  # type: ignore[no-untyped-def]
+    """Metres per pixel times slant, and dearer in the rim; infinite where the ray is too flat or the image does not show the place.
+
+    Then image coordinates, depth, and 1 outside the rim. `limits` are those of `Limits` without the last; `size` is width and height.
     """
-
-    bound: FloatArray
-    known: FloatArray
-    in_rim: FloatArray
-    u: FloatArray
-    v: FloatArray
-    depth: FloatArray
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _base_cost(cameras, i, x, y, z, steepest):  # type: ignore[no-untyped-def]
-    """Metres per pixel times slant, a lower bound of `_cost`; infinite where the ray is too flat."""
-    dx, dy, h = cameras.centre[i, 0] - x, cameras.centre[i, 1] - y, cameras.centre[i, 2] - z
-    if h <= 0.0:
-        return np.inf
+    (steepest, rim, margin), (width, height), (x_0, y_0, z_0) = limits, size, lens[0]
+    dx, dy, h = x_0 - x, y_0 - y, z_0 - z
     slant = (dx * dx + dy * dy) / (h * h)
-    if slant > steepest:
-        return np.inf
-    return h / cameras.focal[i, 0] * (1.0 + slant)
+    u, v, depth = project(lens, fisheye, x, y, z)
+    from_right, from_below, side = width - u, height - v, width if width < height else height
+    across, down = u if u < from_right else from_right, v if v < from_below else from_below
+    inside = (across if across < down else down) - margin
+    t = inside / (rim * side)
+    t = t if t < 1.0 else 1.0
+    shown = (h > 0.0) & (slant <= steepest) & (depth > 0.0) & (inside > 0.0)
+    cost = h / lens[3][0] * (1.0 + slant) / (t * (2.0 - t))
+    return cost if shown else np.inf, u, v, depth, t
 
 
-@njit(cache=True, nogil=True, inline="always")
-def _cost(cameras, i, x, y, z, limits):  # type: ignore[no-untyped-def]
-    """The cost, where the point is in the image, and whether the rim has a say."""
-    base = _base_cost(cameras, i, x, y, z, limits.steepest)
-    if base == np.inf:
-        return np.inf, 0.0, 0.0, 0.0, False
-    u, v, depth = project(cameras, i, x, y, z)
-    if depth <= 0.0:
-        return np.inf, 0.0, 0.0, 0.0, False
-    width, height = cameras.size[i]
-    inside = min(min(u, width - u), min(v, height - v)) - limits.margin
-    if inside <= 0.0:
-        return np.inf, 0.0, 0.0, 0.0, False
-    t = min(1.0, inside / (limits.rim * min(width, height)))
-    return base / (t * (2.0 - t)), u, v, depth, t < 1.0
+@njit(cache=True, nogil=True, error_model="numpy")
+def _costs(lens, size, xs, y, heights, limits, look):  # type: ignore[no-untyped-def]
+    """Of an image that is no fisheye, along a row: without a branch and with all in one array, so that the loop becomes vector instructions."""
+    for c in range(len(xs)):
+        cost, u, v, depth, t = _cost(lens, False, size, xs[c], y, heights[c], limits)
+        look[c + COST], look[c + U], look[c + V], look[c + DEPTH], look[c + RIM] = cost, u, v, depth, t
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fisheye_costs(lens, size, xs, y, heights, limits, look):  # type: ignore[no-untyped-def]
+    for c in range(len(xs)):
+        cost, u, v, depth, t = _cost(lens, True, size, xs[c], y, heights[c], limits)
+        look[c + COST], look[c + U], look[c + V], look[c + DEPTH], look[c + RIM] = cost, u, v, depth, t
 
 
 @njit(cache=True, nogil=True)
 def _cost_at(cameras, i, x, y, z, limits):  # type: ignore[no-untyped-def]
     """The cost alone; compiled once, where the projection four times in one function takes seven seconds."""
-    return _cost(cameras, i, x, y, z, limits)[0]
+    size, asked = (cameras.size[i, 0], cameras.size[i, 1]), (limits.steepest, limits.rim, limits.margin)
+    return _cost(lens_of(cameras, i), cameras.fisheye[i], size, x, y, z, asked)[0]
 
 
 @njit(cache=True, nogil=True)
@@ -115,9 +111,9 @@ def _slope(cameras, pair, in_rim, cell, difference, limits):  # type: ignore[no-
     """How fast the difference of two images' costs grows along the ground, per metre."""
     (a, b), (x, y, z) = pair, cell
     if not in_rim:
-        (ax, ay, az), (bx, by, bz) = cameras.centre[a], cameras.centre[b]
-        ha, hb = cameras.focal[a, 0] * (az - z), cameras.focal[b, 0] * (bz - z)
-        return 2.0 * np.hypot((x - ax) / ha - (x - bx) / hb, (y - ay) / ha - (y - by) / hb)
+        at = cameras.centre
+        ha, hb = cameras.focal[a, 0] * (at[a, 2] - z), cameras.focal[b, 0] * (at[b, 2] - z)
+        return 2.0 * np.hypot((x - at[a, 0]) / ha - (x - at[b, 0]) / hb, (y - at[a, 1]) / ha - (y - at[b, 1]) / hb)
     east = _cost_at(cameras, b, x + STEP_M, y, z, limits) - _cost_at(cameras, a, x + STEP_M, y, z, limits)
     north = _cost_at(cameras, b, x, y + STEP_M, z, limits) - _cost_at(cameras, a, x, y + STEP_M, z, limits)
     slope = np.hypot(east - difference, north - difference) / STEP_M
@@ -129,56 +125,54 @@ def choose(xs, ys, heights, cameras, obstacles, limits, choice):  # type: ignore
     """Fill the choice for each cell of a block; where heights are NaN there are no images."""
     rows, cols = heights.shape
     n = len(cameras.fisheye)
-    looks = _Looks(np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n))
+    looks, asked = np.empty(n * LOOK), (limits.steepest, limits.rim, limits.margin)
     for r in range(rows):
+        for i in range(n):
+            lens, size, look = lens_of(cameras, i), (cameras.size[i, 0], cameras.size[i, 1]), looks[i * LOOK :]
+            if cameras.fisheye[i]:
+                _fisheye_costs(lens, size, xs, ys[r], heights[r], asked, look)
+            else:
+                _costs(lens, size, xs, ys[r], heights[r], asked, look)
         for c in range(cols):
-            z = heights[r, c]
-            choice.image[r, c, :] = -1
-            if np.isnan(z):
-                continue
-            for i in range(n):
-                looks.bound[i] = _base_cost(cameras, i, xs[c], ys[r], z, limits.steepest)
-                looks.known[i] = 0.0
-            cell = Choice(choice.image[r, c], choice.weight[r, c], choice.u[r, c], choice.v[r, c], choice.scale[r, c])
-            _fill_cell((xs[c], ys[r], z), cameras, obstacles, limits, looks, cell)
+            for k in range(BLENDED):
+                choice.image[r, c, k] = -1
+            if not np.isnan(heights[r, c]):
+                _fill_cell((r, c), (xs[c], ys[r], heights[r, c]), cameras, obstacles, limits, looks, choice)
 
 
 @njit(cache=True, nogil=True)
-def _fill_cell(cell, cameras, obstacles, limits, looks, out):  # type: ignore[no-untyped-def]
-    """Images in order of cost: lower bounds become costs when their turn comes, and only those that would mix are looked at from."""
-    x, y, z = cell
+def _fill_cell(place, cell, cameras, obstacles, limits, looks, out):  # type: ignore[no-untyped-def]
+    """Images in order of cost; only those that would mix are looked at from."""
+    (r, c), (x, y, z) = place, cell
     found, best, total = 0, 0, 0.0
     cheapest, room = np.inf, np.inf
-    while found < out.image.shape[0]:
+    while found < BLENDED:
         i, cost = -1, np.inf
-        for k in range(looks.bound.shape[0]):
-            if looks.bound[k] < cost:
-                i, cost = k, looks.bound[k]
+        for k in range(len(cameras.fisheye)):
+            if looks[k * LOOK + c] < cost:
+                i, cost = k, looks[k * LOOK + c]
         if i < 0 or cost >= cheapest + room:
             break
-        if looks.known[i] == 0.0:
-            looks.bound[i], looks.u[i], looks.v[i], looks.depth[i], in_rim = _cost(cameras, i, x, y, z, limits)
-            looks.in_rim[i], looks.known[i] = 1.0 if in_rim else 0.0, 1.0
-            continue
-        looks.bound[i] = np.inf
+        looks[i * LOOK + c] = np.inf
         w = 1.0
         if found:
-            in_rim = looks.in_rim[best] > 0 or looks.in_rim[i] > 0
+            in_rim = looks[best * LOOK + RIM + c] < 1.0 or looks[i * LOOK + RIM + c] < 1.0
             # as constants, which both are at first, they would be compiled once more
             slope = _slope(cameras, (int(best), int(i)), in_rim, cell, cost - cheapest, limits)
             w = _weight(cost - cheapest, room, slope, limits.half_width)
-        to_x, to_y, to_z = cameras.centre[i]
+        to_x, to_y, to_z = cameras.centre[i, 0], cameras.centre[i, 1], cameras.centre[i, 2]
         if w <= 0.0 or is_hidden(obstacles, x, y, z, to_x - x, to_y - y, to_z - z):
             continue
         if found == 0:
             best, cheapest = i, cost
-            room = _room(to_z - z, cost, looks.in_rim[i] > 0, limits.half_width)
-        out.image[found], out.weight[found], out.u[found], out.v[found] = i, w, looks.u[i], looks.v[i]
-        out.scale[found] = cameras.focal[i, 0] / looks.depth[i]
+            room = _room(to_z - z, cost, looks[i * LOOK + RIM + c] < 1.0, limits.half_width)
+        out.image[r, c, found], out.weight[r, c, found] = i, w
+        out.u[r, c, found], out.v[r, c, found] = looks[i * LOOK + U + c], looks[i * LOOK + V + c]
+        out.scale[r, c, found] = cameras.focal[i, 0] / looks[i * LOOK + DEPTH + c]
         total += w
         found += 1
     for k in range(found):
-        out.weight[k] /= total
+        out.weight[r, c, k] /= total
 
 
 @njit(cache=True, nogil=True, inline="always")

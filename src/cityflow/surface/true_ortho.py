@@ -19,17 +19,20 @@ from pydantic import Field
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Grid
+from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.core.pixels import PixelArray
 from cityflow.surface.ortho_camera import Cameras, facing, packed
-from cityflow.surface.ortho_choice import BLENDED, Choice, Limits, choose
+from cityflow.surface.ortho_choice import BLENDED, RUN, Choice, Limits, choose
 from cityflow.surface.ortho_sampling import Wanted, add_colours, rounded
 from cityflow.surface.ortho_visibility import BlockingSurface, Obstacles, obstacles
 
 __all__ = ["ColourImage", "Ortho", "OrthoParameters", "true_ortho"]
 
-BLOCK = 128
-"""Edge in cells of the blocks that are worked on one by one, so that windows of images stay small; has no say in the result."""
+BLOCK = RUN
+"""Edge in cells of the blocks whose images are chosen one by one; has no say in the result, nor has the next."""
+WINDOW = 4 * BLOCK
+"""Edge in cells of the squares that are coloured one by one, so that windows of images stay small."""
 RIM_SHARE = 0.15
 """Width of the rim of an image that others are preferred to, share of its shorter side; set by hand, as is the next."""
 TOLERANCE_CELLS = 1.5
@@ -109,7 +112,7 @@ def true_ortho(
     )  # fmt: skip
     colour = np.zeros((*grid.shape, bands), dtype)
     source = np.full(grid.shape, -1, np.int16)
-    for rows, cols in _blocks(grid):
+    for rows, cols in _squares(*grid.shape, WINDOW):
         part = heights[rows, cols].astype(np.float64)
         if np.isnan(part).all():
             continue
@@ -131,11 +134,23 @@ def completed(first: Ortho, later: Ortho, images_before: int) -> Ortho:
 def _chosen(
     centres: tuple[FloatArray, FloatArray], heights: FloatArray, cameras: Cameras, blocking: Obstacles, limits: Limits
 ) -> Choice:
-    shape = (*heights.shape, BLENDED)
-    chosen = _facing(centres, heights, cameras)
-    choice = Choice(np.full(shape, -1, np.int32), *(np.zeros(shape) for _ in range(4)))
-    choose(*centres, heights, cameras.take(chosen), blocking, limits, choice)
-    return choice._replace(image=np.append(chosen, -1).astype(np.int32)[choice.image])
+    choice = _no_choice(heights.shape)
+    x, y = centres
+    for rows, cols in _squares(len(y), len(x), BLOCK):
+        part = np.ascontiguousarray(heights[rows, cols])
+        if np.isnan(part).all():
+            continue
+        chosen, found = _facing((x[cols], y[rows]), part, cameras), _no_choice(part.shape)
+        choose(x[cols], y[rows], part, cameras.take(chosen), blocking, limits, found)
+        found.image[:] = np.append(chosen, -1)[found.image]
+        for name, values in found._asdict().items():
+            getattr(choice, name)[rows, cols] = values
+    return choice
+
+
+def _no_choice(cells: tuple[int, ...]) -> Choice:
+    shape = (*cells, BLENDED)
+    return Choice(np.full(shape, -1, np.int32), *(np.zeros(shape) for _ in range(4)))
 
 
 def _facing(centres: tuple[FloatArray, FloatArray], heights: FloatArray, cameras: Cameras) -> IntArray:
@@ -155,13 +170,29 @@ def _coloured(
 ) -> PixelArray:
     rows, cols = choice.image.shape[:2]
     total = np.zeros((rows * cols, bands), np.float32)
-    flat = choice.image.reshape(rows * cols, -1)
-    for number in np.unique(flat[flat >= 0]):
-        at, k = np.nonzero(flat == number)
-        values = (a.reshape(rows * cols, -1)[at, k] for a in (choice.u, choice.v, choice.scale, choice.weight))
-        u, v, scale, weight = values
-        add_colours(total, images[number], Wanted(at, u, v, scale * cell, weight))
-    return rounded(total, np.any(flat >= 0, axis=1), dtype).reshape(rows, cols, bands)
+    start, place = _by_image(choice.image.ravel(), len(images))
+    for number in np.flatnonzero(np.diff(start)).tolist():
+        at = place[start[number] : start[number + 1]]
+        u, v, scale, weight = (a.ravel().take(at) for a in (choice.u, choice.v, choice.scale, choice.weight))
+        add_colours(total, images[number], Wanted(at // BLENDED, u, v, scale * cell, weight))
+    return rounded(total, choice.image.reshape(rows * cols, -1).max(axis=1) >= 0, dtype).reshape(rows, cols, bands)
+
+
+@njit(cache=True, nogil=True)
+def _by_image(image: IntArray, count: int) -> tuple[IntArray, IntArray]:
+    """Places of images in the order of their numbers; and where those of each begin."""
+    start = np.zeros(count + 1, np.int64)
+    for number in image:
+        if number >= 0:
+            start[number + 1] += 1
+    for k in range(count):
+        start[k + 1] += start[k]
+    place, at = np.empty(start[count], np.int64), start[:-1].copy()
+    for k in range(len(image)):
+        if image[k] >= 0:
+            place[at[image[k]]] = k
+            at[image[k]] += 1
+    return start, place
 
 
 def _kind(images: Sequence[ColourImage]) -> tuple[int, np.dtype[np.uint8]]:
@@ -171,10 +202,10 @@ def _kind(images: Sequence[ColourImage]) -> tuple[int, np.dtype[np.uint8]]:
     return kinds.pop()
 
 
-def _blocks(grid: Grid) -> Iterator[tuple[slice, slice]]:
-    for row in range(0, grid.rows, BLOCK):
-        for col in range(0, grid.cols, BLOCK):
-            yield slice(row, min(row + BLOCK, grid.rows)), slice(col, min(col + BLOCK, grid.cols))
+def _squares(rows: int, cols: int, edge: int) -> Iterator[tuple[slice, slice]]:
+    for row in range(0, rows, edge):
+        for col in range(0, cols, edge):
+            yield slice(row, min(row + edge, rows)), slice(col, min(col + edge, cols))
 
 
 def _centres(grid: Grid, rows: slice, cols: slice) -> tuple[FloatArray, FloatArray]:
