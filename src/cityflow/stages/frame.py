@@ -139,12 +139,15 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         return workspace.outcome(status, "; ".join([EMPTY, *without]), {"digest": "empty", "points": 0})
     core, wide = Grid.covering(given.bounds, cell_m), Grid.covering(grown(given.bounds, reach_m), cell_m)
     fused = fuse(points, wide, fusing)
-    whole_surface = fill_steps(fused, fusing).astype(np.float32)
-    part = wide.slices(core)
+    # what is so near to the edge is not whole, and hides nothing, unless the reach was cut off
+    edge_m = fusing.halo_cells * cell_m if reach_m < parameters.ortho.halo_m else 0.0
+    blocking = Grid.covering(grown(given.bounds, reach_m - edge_m), cell_m)
+    filled = fill_steps(fused, fusing, wide.slices(blocking)).astype(np.float32)
+    surface = filled[blocking.slices(core)]
     images = [replace(i, image=i.image.rotated(frame.frame_from_world, frame.origin)) for i in shown]
-    made = true_ortho(core, whole_surface[part], BlockingSurface(wide, whole_surface), images, parameters.ortho)
+    made = true_ortho(core, surface, BlockingSurface(blocking, filled), images, parameters.ortho)
     zarr, whole = f"{FRAMES}/{frame.name}", given.grid
-    digest = store_layers(workspace, zarr, whole, core, _layers(fused, whole_surface, part))
+    digest = store_layers(workspace, zarr, whole, core, _layers(fused, surface, wide.slices(core)))
     digest += store_ortho(workspace, zarr, whole, core, made)
     figures = {"digest": digest_of(digest), "points": len(points), "seen": float(made.mask.mean())}
     return workspace.outcome(status, "; ".join(without), figures)
@@ -184,7 +187,7 @@ def _in_frame(
 def _layers(fused: Fused, surface: Float32Array, part: tuple[slice, slice]) -> dict[str, np.ndarray]:
     dsm = fused.dsm[part].astype(np.float32)
     return {
-        "dsm": dsm, "dsm_filled": surface[part], "count": fused.count[part].astype(np.uint32),
+        "dsm": dsm, "dsm_filled": surface, "count": fused.count[part].astype(np.uint32),
         "sigma": fused.sigma[part].astype(np.float32), "holes": np.isnan(dsm),
     }  # fmt: skip
 
