@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cityflow.core.arrays import Float32Array, FloatArray, IntArray
 from cityflow.core.kernels import njit
@@ -12,6 +13,8 @@ from cityflow.surface.fuse_cells import CellPoints
 
 MOST_POINTS = 4096
 """Points that one cell looks at; a high wall seen by many views may offer more, and more would tell nothing new."""
+MOST_RANKED = 96
+"""More points are sorted, fewer are ranked; no result depends on it."""
 
 
 class Buffer(NamedTuple):
@@ -55,25 +58,45 @@ def any_around(r: int, c: int, cells: CellPoints, radius: float) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def gather(r: int, c: int, cells: CellPoints, radius: float, buffer: Buffer) -> int:
-    """Points within `radius` of a centre into `buffer`, but for their say; their number.
+def columns_of(cells: CellPoints) -> NDArray[np.int32]:
+    """(N,) column of each point's cell."""
+    columns = np.empty(len(cells.z), np.int32)
+    for k in range(len(cells.start) - 1):
+        for p in range(cells.start[k], cells.start[k + 1]):
+            columns[p] = k % cells.shape[1]
+    return columns
 
-    A point is written in any case and counted where it is near: whether it is cannot be foreseen, and a branch would cost more than the point.
+
+@njit(cache=True, nogil=True)
+def gather(
+    r: int, c: int, cells: CellPoints, column: NDArray[np.int32], radius: float, buffer: Buffer
+) -> tuple[int, Summary]:
+    """Points within `radius` of a centre into `buffer`, but for their say; their number, and what `summary` says of them.
+
+    A point is written in any case and counted where it is near: whether it is cannot be foreseen, and a branch would cost more than the point. Nor can be
+    how many points a cell has, so those of cells side by side are one row.
     """
     shape, start, u, v, z, quality = cells.shape, cells.start, cells.u, cells.v, cells.z, cells.quality
     at, height, weight, east, south, _ = buffer
     n, reach = 0, int(np.ceil(radius - 0.5))
     inverse = 1.0 / (radius * radius)
+    base, total, rough, mean, low, high = 0.0, 0.0, 0.0, 0.0, np.inf, -np.inf
+    left, right = max(c - reach, 0), min(c + reach + 1, shape[1])
     for i in range(max(r - reach, 0), min(r + reach + 1, shape[0])):
-        for j in range(max(c - reach, 0), min(c + reach + 1, shape[1])):
-            k = i * shape[1] + j
-            for p in range(start[k], start[k + 1]):
-                x, y = u[p] + (j - c), v[p] + (i - r)
-                d = (x * x + y * y) * inverse
-                at[n], height[n], weight[n] = p, z[p], (1 - d) * (1 - d) * quality[p]
-                east[n], south[n] = x, y
-                n += (d < 1) & (n < MOST_POINTS)
-    return n
+        for p in range(start[i * shape[1] + left], start[i * shape[1] + right]):
+            x, y, h = u[p] + (column[p] - c), v[p] + (i - r), z[p]
+            d = (x * x + y * y) * inverse
+            w = (1 - d) * (1 - d) * quality[p]
+            at[n], height[n], weight[n] = p, h, w
+            east[n], south[n] = x, y
+            near = (d < 1) & (n < MOST_POINTS)
+            base = h if n == 0 else base
+            w = w if near else 0.0
+            total, rough, mean = total + w, rough + w * cells.sigma[p], mean + w * (h - base)
+            low, high = h if near and h < low else low, h if near and h > high else high
+            n += near
+    total = max(total, 1e-12)
+    return n, Summary(rough / total, base + mean / total, high - low)
 
 
 @njit(cache=True, nogil=True)
@@ -114,19 +137,39 @@ def weigh_in(buffer: Buffer, n: int, trust: Float32Array, radius: float) -> None
 
 
 @njit(cache=True, nogil=True)
-def sort_by_height(buffer: Buffer, n: int) -> None:
-    """Shell sort of the first `n` entries."""
-    at, height, weight, east, south, say = buffer
+def sorted_by_height(buffer: Buffer, n: int, other: Buffer) -> Buffer:
+    """The first `n` entries from the lowest up, but for their say, in one of both buffers: a few go to their ranks in the other one.
+
+    Ranks of a few are counted faster than these are sorted: to count needs no branch.
+    """
+    if n > MOST_RANKED:
+        _sort(buffer, n)
+        return buffer
+    at, height, weight, east, south, _ = buffer
+    for i in range(n):
+        h, rank = height[i], 0
+        for j in range(i):
+            rank += height[j] <= h
+        for j in range(i + 1, n):
+            rank += height[j] < h
+        other.at[rank], other.height[rank], other.weight[rank] = at[i], h, weight[i]
+        other.east[rank], other.south[rank] = east[i], south[i]
+    return other
+
+
+@njit(cache=True, nogil=True)
+def _sort(buffer: Buffer, n: int) -> None:
+    """Shell sort of the first `n` entries, but for their say."""
+    at, height, weight, east, south, _ = buffer
     gap = 1
     while gap < n // 3:
         gap = 3 * gap + 1
     while gap > 0:
         for i in range(gap, n):
-            a, h, w, x, y, s, j = at[i], height[i], weight[i], east[i], south[i], say[i], i
+            a, h, w, x, y, j = at[i], height[i], weight[i], east[i], south[i], i
             while j >= gap and height[j - gap] > h:
                 k = j - gap
                 at[j], height[j], weight[j], east[j], south[j] = at[k], height[k], weight[k], east[k], south[k]
-                say[j] = say[k]
                 j -= gap
-            at[j], height[j], weight[j], east[j], south[j], say[j] = a, h, w, x, y, s
+            at[j], height[j], weight[j], east[j], south[j] = a, h, w, x, y
         gap //= 3

@@ -15,9 +15,10 @@ from cityflow.surface.centre_points import (
     Buffer,
     any_around,
     apart_from,
+    columns_of,
     empty_buffer,
     gather,
-    sort_by_height,
+    sorted_by_height,
     summary,
     weigh_in,
 )
@@ -101,7 +102,7 @@ def _clear(found: Modes, where: BoolArray) -> None:
 
 @njit(cache=True, nogil=True)
 def _all_modes(cells: CellPoints, asked: BoolArray, refused: FloatArray, rule: ModeRule, found: Modes) -> None:
-    buffer = empty_buffer()
+    gathered, other, columns = empty_buffer(), empty_buffer(), columns_of(cells)
     for r in range(cells.shape[0]):
         for c in range(cells.shape[1]):
             if not asked[r, c]:
@@ -110,16 +111,18 @@ def _all_modes(cells: CellPoints, asked: BoolArray, refused: FloatArray, rule: M
                 found.sigma[r, c] = np.nan
                 continue
             for radius in (rule.radius, rule.wide_radius):
-                n = gather(r, c, cells, radius, buffer)
+                buffer = gathered
+                n, found_there = gather(r, c, cells, columns, radius, buffer)
                 if not np.isnan(refused[r, c]):
                     n = apart_from(buffer, n, refused[r, c], rule.step_m)
+                    found_there = summary(buffer, n, cells.sigma) if n > 0 else found_there
                 if n > 0:
-                    rough, centre, between = summary(buffer, n, cells.sigma)
+                    rough, centre, between = found_there
                     thick = max(rule.band_m, rule.band_sigmas * rough)
                     # where all lie within the band, there is nothing to choose, and nothing to sort
                     if between > thick:
+                        buffer = sorted_by_height(buffer, n, other)
                         weigh_in(buffer, n, cells.trust, radius)
-                        sort_by_height(buffer, n)
                         first, last = lower_one(buffer, fullest(buffer, n, thick), thick, rule)
                         centre = weighted_median(buffer.height, buffer.weight, first, last)
                     _describe((r, c), cells, (centre, thick), n, buffer, found)
@@ -207,10 +210,7 @@ def _describe(
         seen |= np.uint64(1) << np.uint64(image[p] % 64)
     if inner <= 0:
         return
-    number = 0
-    while seen:
-        seen &= seen - np.uint64(1)
-        number += 1
+    number = _bits(seen)
     mean = s_z / inner
     scatter = np.sqrt(max(s_zz / inner - mean * mean, 0.0))
     found.z[r, c] = centre + mean
@@ -219,3 +219,12 @@ def _describe(
     # errors within one depth map go together, so only images count as independent
     found.sigma[r, c] = max(s_s / inner, scatter) / np.sqrt(number)
     found.images[r, c] = number
+
+
+@njit(cache=True, nogil=True)
+def _bits(word: np.uint64) -> np.int64:
+    """Number of bits that are set, of pairs, then of fours and eights, whose sum the product has in its highest byte."""
+    pairs = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
+    fours = (pairs & np.uint64(0x3333333333333333)) + ((pairs >> np.uint64(2)) & np.uint64(0x3333333333333333))
+    eights = (fours + (fours >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
+    return np.int64((eights * np.uint64(0x0101010101010101)) >> np.uint64(56))
