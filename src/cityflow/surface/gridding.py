@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import binary_dilation
+from scipy.ndimage import binary_dilation, distance_transform_edt
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Grid
@@ -12,6 +12,8 @@ from cityflow.core.kernels import njit
 N, X, Y, Z, XX, XY, YY, XZ, YZ = range(9)
 """Columns of the sums of a cell: number of points, their coordinates, products of these."""
 SUMS = 9
+MOVED_CELLS = 0.005
+"""Positions are moved so far along rows and columns, at most."""
 
 
 def terrain_from_points(xyz: FloatArray, grid: Grid) -> FloatArray:
@@ -103,7 +105,7 @@ def _height_at_centre(t: FloatArray) -> float:
 
 def bridge_gaps(values: FloatArray, grid: Grid) -> FloatArray:
     """Fill NaN cells by the triangulation of the cells around them; beyond the hull by the nearest value."""
-    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator  # takes long to load
+    from scipy.interpolate import LinearNDInterpolator  # takes long to load
 
     known = ~np.isnan(values)
     if known.all() or not known.any():
@@ -120,9 +122,60 @@ def bridge_gaps(values: FloatArray, grid: Grid) -> FloatArray:
         found = LinearNDInterpolator(at, heights)(wanted)
     missing = np.isnan(found)
     if missing.any():
-        found[missing] = NearestNDInterpolator(at, heights)(wanted[missing])
+        number = np.full(known.shape, -1, np.int64)
+        number[edge] = np.arange(len(at))
+        away = distance_transform_edt(~edge)
+        found[missing] = heights[_nearest(number, away, at, gap_row[missing], gap_col[missing])]
     filled[~known] = found
     return filled
+
+
+@njit(cache=True, nogil=True)
+def _nearest(number: IntArray, away: FloatArray, at: FloatArray, row: IntArray, col: IntArray) -> IntArray:
+    """Number of the position (N, 2) nearest to each cell.
+
+    `number` (rows, cols) is that of the cell that a position was moved from, or -1; `away` (rows, cols) the distance from each cell to the nearest of these
+    cells. So only a few cells are asked: those that are as far away, give or take how far positions were moved (twice √2 by `MOVED_CELLS`).
+    """
+    rows, cols = number.shape
+    found, widest = np.empty(len(row), np.int64), 0.0
+    for k in range(len(row)):
+        widest = max(widest, away[row[k], col[k]])
+    start, down, right = _by_distance(int(widest) + 2)
+    for k in range(len(row)):
+        r, c = row[k], col[k]
+        nearest, farthest = int(np.round(away[r, c] ** 2)), int((away[r, c] + 3 * MOVED_CELLS) ** 2)
+        best, least = -1, np.inf
+        for m in range(start[nearest], start[farthest + 1]):
+            for i in (r - down[m], r + down[m]):
+                for j in (c - right[m], c + right[m]):
+                    if 0 <= i < rows and 0 <= j < cols and number[i, j] >= 0:
+                        y, x = r - at[number[i, j], 0], c - at[number[i, j], 1]
+                        if y * y + x * x < least:
+                            best, least = number[i, j], y * y + x * x
+        found[k] = best
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _by_distance(reach: int) -> tuple[IntArray, IntArray, IntArray]:
+    """Steps down and to the right, none longer than `reach` together, sorted by their squared length; and where those of each length begin."""
+    most = reach * reach
+    start = np.zeros(most + 2, np.int64)
+    for i in range(reach + 1):
+        for j in range(reach + 1):
+            if i * i + j * j <= most:
+                start[i * i + j * j + 1] += 1
+    for k in range(most + 1):
+        start[k + 1] += start[k]
+    at, down, right = start.copy(), np.empty(start[most + 1], np.int64), np.empty(start[most + 1], np.int64)
+    for i in range(reach + 1):
+        for j in range(reach + 1):
+            if i * i + j * j <= most:
+                k = at[i * i + j * j]
+                down[k], right[k] = i, j
+                at[i * i + j * j] += 1
+    return start, down, right
 
 
 def _corner_cells(known: BoolArray) -> BoolArray:
@@ -136,7 +189,7 @@ def _corner_cells(known: BoolArray) -> BoolArray:
 
 
 def _unique_positions(row: IntArray, col: IntArray, grid: Grid) -> FloatArray:
-    """(n, 2) cell positions moved by up to 0.005 cells, by a rule of the cell's place in the world alone.
+    """(n, 2) cell positions moved by up to `MOVED_CELLS`, by a rule of the cell's place in the world alone.
 
     Lattice points lie on common circles, where the triangulation is free to choose; the shift makes it unique, and
     so the same in every tiling.
@@ -148,4 +201,4 @@ def _unique_positions(row: IntArray, col: IntArray, grid: Grid) -> FloatArray:
     mixed *= np.uint64(0xBF58476D1CE4E5B9)
     low = (mixed >> np.uint64(16) & np.uint64(0xFFFF)).astype(float) / 0xFFFF
     high = (mixed >> np.uint64(40) & np.uint64(0xFFFF)).astype(float) / 0xFFFF
-    return np.column_stack([row + 0.01 * (low - 0.5), col + 0.01 * (high - 0.5)])
+    return np.column_stack([row + 2 * MOVED_CELLS * (low - 0.5), col + 2 * MOVED_CELLS * (high - 0.5)])

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, block_reduced
+from cityflow.core.arrays import BoolArray, FloatArray, block_reduced
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
@@ -118,11 +118,13 @@ def surface_of_fused(
     terrain = _terrain(cloud, heights, work, p, part, external_dtm)
     seen, inside = _surveyed(cloud, terrain, work, p, seen_enough)
     terrain = np.where(inside, terrain, np.nan)
+    kept = np.ones(work.shape, bool) if seen_enough is None else inside
     if seen_enough is not None:
-        wide, cloud = _cropped(wide, inside), cloud.take(_holds(inside, work, cloud))
+        cloud = cloud.take(_holds(inside, work, cloud))
         heights = np.where(inside, heights, np.nan)
-    coarse = _coarse(wide, heights, terrain, cloud, work, part, p)
-    fine = _fine(wide.surface, wide.filled, coarse, grid, core, factor, p)
+    own = _own(wide, core, kept[part])
+    coarse = _coarse(wide, own, heights, terrain, cloud, work, part, p)
+    fine = _fine(own, coarse, work.slices(work_core), p)
     method = "external" if external_dtm is not None else str(dtm_methods.chosen_method(cloud, p.dtm))
     thinned = _classified(cloud.within(bounds), fine)
     return ImageSurface(fine, _cut(coarse, work_core), thinned, method, _refined_mask(seen[part], factor))
@@ -144,17 +146,16 @@ def _surveyed(
     return seen, surveyed(np.where(seen, count, 0), work, p.surveyed)
 
 
-def _cropped(wide: FusedTile, inside: BoolArray) -> FusedTile:
-    """No data outside the cells (of the working grid) that are inside."""
-    fine = _refined_mask(inside, wide.factor)
-    found = wide.surface
-    surface = replace(
-        found,
-        dsm=np.where(fine, found.dsm, np.float32(np.nan)),
-        count=np.where(fine, found.count, np.uint32(0)),
-        sigma=np.where(fine, found.sigma, np.float32(np.nan)),
+def _own(wide: FusedTile, core: Grid, kept: BoolArray) -> FusedTile:
+    """What is fused of the core, with no data outside those cells of the working grid that are kept; its colour is that of all."""
+    part, fine, found = wide.grid.slices(core), _refined_mask(kept, wide.factor), wide.surface
+    surface = Fused(
+        core,
+        np.where(fine, found.dsm[part], np.float32(np.nan)),
+        np.where(fine, found.count[part], np.uint32(0)),
+        np.where(fine, found.sigma[part], np.float32(np.nan)),
     )
-    return replace(wide, surface=surface, filled=np.where(fine, wide.filled, np.float32(np.nan)))
+    return replace(wide, surface=surface, filled=np.where(fine, wide.filled[part], np.float32(np.nan)))
 
 
 def _refined_mask(mask: BoolArray, factor: int) -> BoolArray:
@@ -204,6 +205,7 @@ def _terrain(
 
 def _coarse(
     wide: FusedTile,
+    own: FusedTile,
     heights: FloatArray,
     terrain: FloatArray,
     cloud: PointCloud,
@@ -211,46 +213,37 @@ def _coarse(
     part: tuple[slice, slice],
     p: ImageSurfaceParameters,
 ) -> Rasters:
-    """Rasters of the working grid, on which the fused surface has `heights`; counts and precision only of the part that the tile is."""
-    fused, factor = wide.surface, wide.factor
-    whole = median_of_filled(wide.filled, fused.dsm, heights, factor, LEAST_SHARE)
+    """Rasters of the working grid, on which the fused surface has `heights`; counts and precision only of the part that the tile is: its `own`."""
+    factor = wide.factor
+    # beyond what is kept there is no terrain, and so nothing of this
+    whole = median_of_filled(wide.filled, wide.surface.dsm, heights, factor, LEAST_SHARE)
     whole = np.where(np.isnan(whole) | np.isnan(terrain), terrain, whole)
     green = colour_vegetation((whole, terrain), wide.colour if wide.colour.shape[2] else None, work, p.vegetation)
     klass = classify(cloud, (whole, terrain), green, count_points(cloud, work), work, p.cover)
-    fine = tuple(slice(s.start * factor, s.stop * factor) for s in part)
     count, sigma = np.zeros(work.shape, np.uint32), np.full(work.shape, np.nan, np.float32)
-    count[part] = block_reduced(np.add, fused.count[fine], factor)
-    sigma[part] = reduced_median(np.ascontiguousarray(fused.sigma[fine]), factor, LEAST_SHARE)
+    count[part] = block_reduced(np.add, own.surface.count, factor)
+    sigma[part] = reduced_median(own.surface.sigma, factor, LEAST_SHARE)
     return Rasters(
         work, heights.astype(np.float32), whole.astype(np.float32), terrain.astype(np.float32),
         (whole - terrain).astype(np.float32), klass, count, np.isnan(heights), sigma,
     )  # fmt: skip
 
 
-def _fine(
-    fused: Fused,
-    filled: Float32Array,
-    coarse: Rasters,
-    grid: Grid,
-    core: Grid,
-    factor: int,
-    p: ImageSurfaceParameters,
-) -> Rasters:
-    """Rasters of the core at full resolution; terrain and classes from the coarse ones."""
-    rows, cols = grid.slices(core)
+def _fine(own: FusedTile, coarse: Rasters, part: tuple[slice, slice], p: ImageSurfaceParameters) -> Rasters:
+    """Rasters of the core at full resolution; terrain and classes from the coarse ones, of which it is a part."""
+    fused, factor = own.surface, own.factor
     # one coarse cell more on every side, so that interpolation goes on across the tile's edge
-    around = tuple(slice(s.start // factor - 1, s.stop // factor + 1) for s in (rows, cols))
+    around = tuple(slice(s.start - 1, s.stop + 1) for s in part)
     inner = (slice(factor, -factor), slice(factor, -factor))
     terrain = refined(coarse.dtm[around].astype(np.float64), factor)[inner]
     terrain[np.isnan(np.kron(coarse.dtm[around], np.ones((factor, factor), np.float32))[inner])] = np.nan
-    dsm, whole = fused.dsm[rows, cols], filled[rows, cols].astype(np.float32)
+    whole = own.filled
     whole = np.where(np.isnan(whole) | np.isnan(terrain), terrain, whole)
     ndsm = whole - terrain
     padded = np.pad(ndsm, factor, mode="edge")
     klass = refined_classes(coarse.klass[around], padded, factor, p.cover.building_height_m)[inner].copy()
     return Rasters(
-        core, dsm.copy(), whole, terrain, ndsm, klass, fused.count[rows, cols].copy(), np.isnan(dsm),
-        fused.sigma[rows, cols].copy(),
+        fused.grid, fused.dsm, whole, terrain, ndsm, klass, fused.count, np.isnan(fused.dsm), fused.sigma,
     )  # fmt: skip
 
 

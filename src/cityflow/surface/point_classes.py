@@ -55,21 +55,15 @@ def is_floating(xyz: FloatArray, dsm: Float32Array, grid: Grid) -> BoolArray:
     """
     if len(xyz) == 0:
         return np.zeros(0, np.bool_)
-    row, col = grid.indices(xyz[:, 0], xyz[:, 1])
-    is_inside = (row >= 0) & (row < grid.rows) & (col >= 0) & (col < grid.cols)
-    under = np.full(len(xyz), np.nan, np.float32)
-    under[is_inside] = dsm[row[is_inside], col[is_inside]]
-    high = xyz[:, 2] - under > BELOW_M
+    column, high, first, last_column = _columns(xyz, dsm, (grid.x_min, grid.y_max, grid.cell, grid.bounds[1]))
     found = np.zeros(len(xyz), np.bool_)
     if not high.any():
         return found
-    column = np.floor((xyz[:, :2] - [grid.x_min, grid.bounds[1]]) / GAP_M).astype(np.int64)
-    shift = column.min(axis=0)
-    lowest = np.full(column.max(axis=0) - shift + 1, np.inf)
-    np.minimum.at(lowest, tuple((column[high] - shift).T), xyz[high, 2])
+    lowest = np.full((last_column[0] - first[0] + 1, last_column[1] - first[1] + 1), np.inf)
+    _lower(xyz, column, high, first, lowest)
     lowest = minimum_filter(lowest, 3, mode="constant", cval=np.inf)
     # what lies deeper than a box below all high points around touches none of them
-    near = np.flatnonzero(xyz[:, 2] > lowest[tuple((column - shift).T)] - 2 * GAP_M)
+    near = np.flatnonzero(_above(xyz, column, first, lowest))
     high, place = high[near], xyz[near]
     box = np.column_stack([column[near], np.floor(place[:, 2] / GAP_M).astype(np.int64)])
     last = np.floor(np.array([grid.cols, grid.rows]) * grid.cell / GAP_M - 1e-9)
@@ -82,6 +76,39 @@ def is_floating(xyz: FloatArray, dsm: Float32Array, grid: Grid) -> BoolArray:
     is_afloat[cluster[stands]] = False
     found[near] = is_afloat[cluster]
     return found
+
+
+@njit(cache=True, nogil=True)
+def _columns(xyz, dsm, place):  # type: ignore[no-untyped-def]
+    """(N, 2) column of boxes of each point; (N,) whether it stands high over the surface; the least and the greatest of the columns."""
+    x_min, y_max, cell, y_min = place
+    column, high = np.empty((len(xyz), 2), np.int64), np.zeros(len(xyz), np.bool_)
+    c_0, r_0, c_1, r_1 = np.int64(2**62), np.int64(2**62), np.int64(-(2**62)), np.int64(-(2**62))
+    for i in range(len(xyz)):
+        c, r = np.int64(np.floor((xyz[i, 0] - x_min) / GAP_M)), np.int64(np.floor((xyz[i, 1] - y_min) / GAP_M))
+        column[i, 0], column[i, 1] = c, r
+        c_0, r_0, c_1, r_1 = min(c, c_0), min(r, r_0), max(c, c_1), max(r, r_1)
+        row, col = int(np.floor((y_max - xyz[i, 1]) / cell)), int(np.floor((xyz[i, 0] - x_min) / cell))
+        if 0 <= row < dsm.shape[0] and 0 <= col < dsm.shape[1]:
+            high[i] = xyz[i, 2] - dsm[row, col] > BELOW_M
+    return column, high, (c_0, r_0), (c_1, r_1)
+
+
+@njit(cache=True, nogil=True)
+def _lower(xyz, column, high, first, lowest):  # type: ignore[no-untyped-def]
+    """Put the lowest of the high points of each column into `lowest`."""
+    for i in range(len(xyz)):
+        if high[i]:
+            c, r = column[i, 0] - first[0], column[i, 1] - first[1]
+            lowest[c, r] = min(lowest[c, r], xyz[i, 2])
+
+
+@njit(cache=True, nogil=True)
+def _above(xyz, column, first, lowest):  # type: ignore[no-untyped-def]
+    above = np.empty(len(xyz), np.bool_)
+    for i in range(len(xyz)):
+        above[i] = xyz[i, 2] > lowest[column[i, 0] - first[0], column[i, 1] - first[1]] - 2 * GAP_M
+    return above
 
 
 def _clusters(keys: IntArray, sides: IntArray) -> IntArray:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.grid import Grid
+from cityflow.core.kernels import njit
 
 
 def sample(grid: Grid, array: FloatArray | Float32Array, x: FloatArray, y: FloatArray) -> FloatArray:
@@ -19,21 +19,37 @@ def sample(grid: Grid, array: FloatArray | Float32Array, x: FloatArray, y: Float
     array([1.5])
     """
     x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
-    col, row = (x - grid.x_min) / grid.cell - 0.5, (grid.y_max - y) / grid.cell - 0.5
-    tolerance = 0.5 + 1e-6
-    outside = (col < -tolerance) | (row < -tolerance) | (col > grid.cols - 1 + tolerance)
-    outside |= row > grid.rows - 1 + tolerance
-    col, row = np.clip(np.nan_to_num(col), 0, grid.cols - 1), np.clip(np.nan_to_num(row), 0, grid.rows - 1)
-    c_0, r_0 = (
-        np.minimum(col.astype(np.int64), max(grid.cols - 2, 0)),
-        np.minimum(row.astype(np.int64), max(grid.rows - 2, 0)),
+    place = (grid.x_min, grid.y_max, grid.cell)
+    found = _sampled(
+        np.ascontiguousarray(array), place, np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel())
     )
-    d_c, d_r = col - c_0, row - r_0
-    total, weight = np.zeros(x.shape), np.zeros(x.shape)
-    for i, w_r in ((0, 1 - d_r), (1, d_r)):
-        for j, w_c in ((0, 1 - d_c), (1, d_c)):
-            value = array[np.minimum(r_0 + i, grid.rows - 1), np.minimum(c_0 + j, grid.cols - 1)].astype(np.float64)
-            w: NDArray[np.float64] = np.where(np.isnan(value), 0.0, w_r * w_c)
-            total, weight = total + w * np.nan_to_num(value), weight + w
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(outside | (weight <= 1e-9), np.nan, total / weight)
+    return np.asarray(found.reshape(x.shape))
+
+
+@njit(cache=True, nogil=True)
+def _sampled(
+    array: FloatArray | Float32Array, place: tuple[float, float, float], x: FloatArray, y: FloatArray
+) -> FloatArray:
+    rows, cols = array.shape
+    out = np.full(len(x), np.nan)
+    tolerance = 0.5 + 1e-6
+    for k in range(len(x)):
+        col, row = (x[k] - place[0]) / place[2] - 0.5, (place[1] - y[k]) / place[2] - 0.5
+        if col < -tolerance or row < -tolerance or col > cols - 1 + tolerance or row > rows - 1 + tolerance:
+            continue
+        col, row = (
+            0.0 if np.isnan(col) else min(max(col, 0.0), cols - 1.0),
+            0.0 if np.isnan(row) else min(max(row, 0.0), rows - 1.0),
+        )
+        c_0, r_0 = min(int(col), max(cols - 2, 0)), min(int(row), max(rows - 2, 0))
+        d_c, d_r = col - c_0, row - r_0
+        total, weight = 0.0, 0.0
+        for i in range(2):
+            for j in range(2):
+                value = float(array[min(r_0 + i, rows - 1), min(c_0 + j, cols - 1)])
+                if not np.isnan(value):
+                    w = (d_r if i else 1 - d_r) * (d_c if j else 1 - d_c)
+                    total, weight = total + w * value, weight + w
+        if weight > 1e-9:
+            out[k] = total / weight
+    return out
