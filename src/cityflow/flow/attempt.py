@@ -114,9 +114,11 @@ def record_of(task: Task, attempt: int, reply: Reply, started: datetime) -> Reco
 
 def is_unexpected(record: Record) -> bool:
     """Whether a unit failed for a reason that no stage foresaw: an exception or a crash, not a limit, not its data."""
+    if record.status is not Status.FAILED:
+        return False
     over_limit = record.reason.startswith((f"{Ending.TIMEOUT}:", f"{Ending.MEMORY}:"))
     crashed = record.reason.startswith(str(Ending.CRASHED))
-    return record.status is Status.FAILED and not over_limit and (crashed or bool(record.traceback))
+    return not over_limit and (crashed or bool(record.traceback))
 
 
 def _tried(store: Store, task: Task, room: Room | None, need_mb: float) -> Reply:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterable
-from dataclasses import dataclass
 from itertools import islice
+from typing import NamedTuple
 
 from cityflow.flow.records import decode, quoted
 from cityflow.flow.row import Line, Row, row_of
@@ -13,8 +13,7 @@ from cityflow.flow.sealed import Sealed
 from cityflow.flow.task import Record
 
 
-@dataclass(frozen=True, slots=True)
-class Taken:
+class Taken(NamedTuple):
     """A record in short, the digest of its task, and its text, compressed."""
 
     row: Row

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from types import NoneType
 
 from cityflow.flow.damage import Written
 from cityflow.flow.in_place import left_list
@@ -18,6 +19,7 @@ from cityflow.flow.task import Json, Record, Task
 
 WORK, PRODUCTS = FOLDERS = "work/", "products/"
 TREES = (dict, list, tuple)
+PLAIN = frozenset((str, int, float, bool, NoneType))
 KEPT = 10_000
 """Units of a stage whose outputs stay at hand, some megabytes: tasks of one tile read the same few, most of which have just ended."""
 
@@ -38,7 +40,9 @@ class Inputs:
         """A record that stands: new, or of an earlier run."""
         node, written = (record.stage, record.unit), written_by(record)
         self._keep(node, written)
-        self._products.update((p, (node, w)) for p, w in written.items() if p.startswith(PRODUCTS))
+        for path, of in written.items():
+            if path.startswith(PRODUCTS):
+                self._products[path] = node, of
         self._note_in_place(record)
 
     def ready(self, task: Task) -> Task:
@@ -47,7 +51,8 @@ class Inputs:
 
     def of(self, task: Task) -> dict[str, Written]:
         """What is known of the files that the arguments of a task name."""
-        found = {path: written for path in paths_in(task.arguments) if (written := self._find(path)) is not None}
+        paths, known_of = paths_in(task.arguments), self._known.get
+        found = {path: written for path in paths if (written := known_of(path) or self._find(path)) is not None}
         lists, before = self._lists, self._before
         if lists or before:
             for name in task.inputs:  # hundreds, of a texture
@@ -111,7 +116,9 @@ class Inputs:
         units = self._outputs.setdefault(stage, {})
         self._forget(units, unit)
         units[unit] = written
-        self._known.update((p, w) for p, w in written.items() if p.startswith(WORK))
+        for path, of in written.items():
+            if path.startswith(WORK):
+                self._known[path] = of
         if len(units) > KEPT:
             self._forget(units, next(iter(units)))
 
@@ -140,7 +147,8 @@ def node_of(path: str) -> Node | None:
 
 def written_by(record: Record) -> dict[str, Written]:
     """Nothing of records of older versions, which say no sizes."""
-    return {path: (record.sizes[path], digest) for path, digest in digests_of(record).items() if path in record.sizes}
+    digests, sizes = digests_of(record) if record.sums else record.outputs, record.sizes
+    return {path: (sizes[path], digest) for path, digest in digests.items() if path in sizes}
 
 
 def paths_in(arguments: Mapping[str, Json]) -> list[str]:
@@ -149,16 +157,21 @@ def paths_in(arguments: Mapping[str, Json]) -> list[str]:
     >>> paths_in({"hulls": {"a": "work/reconstruct/a/1/hull"}, "crs": "EPSG:28992", "pieces": ["work/ingest/f/2/0_0.laz"]})
     ['work/reconstruct/a/1/hull', 'work/ingest/f/2/0_0.laz']
     """
-    found = [text for text in (*arguments, *arguments.values()) if isinstance(text, str) and text.startswith(FOLDERS)]
+    found = _paths_among([*arguments, *arguments.values()])
     for value in arguments.values():
         if not isinstance(value, TREES) or not value:
             continue
         texts = [*value, *value.values()] if isinstance(value, dict) else value
-        if any(isinstance(each, TREES) for each in texts):
+        if PLAIN.issuperset(map(type, texts)):  # as quick as to look whether it was searched before
+            found += _paths_among(texts)
+        else:
             found += _paths_within(value)
-        else:  # as quick as to look whether it was searched before
-            found += [each for each in texts if isinstance(each, str) and each.startswith(FOLDERS)]
     return found
+
+
+def _paths_among(values: Iterable[Json]) -> list[str]:
+    """The same of values alone, not of trees among them."""
+    return [each for each in values if isinstance(each, str) and each.startswith(FOLDERS)]
 
 
 @kept
@@ -167,10 +180,8 @@ def _paths_within(value: Json) -> list[str]:
     found, left = list[str](), [value]
     while left:
         inner = left.pop()
-        for each in (*inner, *inner.values()) if isinstance(inner, dict) else inner:
-            if isinstance(each, str):
-                if each.startswith(FOLDERS):
-                    found.append(each)
-            elif isinstance(each, TREES):
-                left.append(each)
+        values = [*inner, *inner.values()] if isinstance(inner, dict) else inner
+        found += _paths_among(values)
+        if not PLAIN.issuperset(map(type, values)):  # numbers of cells are many
+            left += [each for each in values if isinstance(each, TREES)]
     return found

@@ -246,12 +246,15 @@ class Loose:
         ):
             marks[stage, folder].append((attempt, name))
         for line in lines:
-            paths.append(record_path(line.row.stage, line.row.unit, line.row.attempt))
             unit = quoted(line.row.stage), quoted(line.row.unit)
-            begun = [name for attempt, name in marks.get(unit, ()) if attempt <= line.row.attempt]
-            paths.extend(f"{FOLDER}/{unit[0]}/{unit[1]}/{name}" for name in begun)
-        gone = [path.split("/")[1:] for path in paths]
-        database.executemany("DELETE FROM files WHERE stage = ? AND folder = ? AND name = ?", gone)
+            paths.append(record_path(line.row.stage, line.row.unit, line.row.attempt))
+            if unit in marks:
+                begun = [name for attempt, name in marks[unit] if attempt <= line.row.attempt]
+                paths.extend(f"{FOLDER}/{unit[0]}/{unit[1]}/{name}" for name in begun)
+        # a driver's own records went by its memory alone
+        if database.execute("SELECT 1 FROM files LIMIT 1").fetchone():
+            gone = (path.split("/")[1:] for path in paths)
+            database.executemany("DELETE FROM files WHERE stage = ? AND folder = ? AND name = ?", gone)
         self._fresh.drop(line.row for line in lines)
         self._keys_version = -1
         database.executemany("INSERT OR REPLACE INTO segments VALUES (?)", [(name,) for name in segments])

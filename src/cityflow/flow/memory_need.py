@@ -32,11 +32,18 @@ class MemoryNeeds:
         self._seen: defaultdict[tuple[str, bool], defaultdict[int, Counter[int]]] = defaultdict(
             lambda: defaultdict(Counter)
         )
+        self._found: dict[tuple[tuple[str, bool], int, float], float] = {}  # since something was measured last
 
     def of(self, task: Task) -> float:
         """MB; never above the limit of the task."""
+        kind, size, limit_mb = _kind(task), _size(task), task.limits.memory_mb
+        found = self._found.get((kind, size, limit_mb))
+        if found is None:
+            found = self._found[kind, size, limit_mb] = self._of(task, self._seen.get(kind), size)
+        return found
+
+    def _of(self, task: Task, seen: Mapping[int, Counter[int]] | None, size: int) -> float:
         usual = min(self._usual_mb.get(task.stage, task.limits.memory_mb), task.limits.memory_mb)
-        seen, size = self._seen.get(_kind(task)), _size(task)
         if not seen:
             return usual
         near = size if size in seen else max((s for s in seen if s < size), default=min(seen))
@@ -48,6 +55,7 @@ class MemoryNeeds:
     def learn(self, task: Task, peak_mb: float) -> None:
         """A task has ended, or was killed at its limit."""
         if peak_mb > 0:
+            self._found.clear()
             self._seen[_kind(task)][_size(task)][_step(peak_mb)] += 1
 
 

@@ -35,7 +35,7 @@ class Outputs:
 
     def add(self, record: Record) -> None:
         """Outputs that have just been written."""
-        for path in record.outputs:
+        for path in record.outputs if self._listed else ():
             listing = self._listed.get(_folder(path))
             if listing is not None:
                 listing[hash(path)] = record.sizes.get(path, 0)

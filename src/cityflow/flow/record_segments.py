@@ -31,7 +31,8 @@ FRAME_BYTES = 128 * 1024
 NAME_DIGITS = 32
 """Of the SHA-256 that names a file."""
 
-LEVEL = 3
+LEVEL = 1
+"""No larger than at 3: what records of a stage share is found at once."""
 
 MAGIC = b"\x28\xb5\x2f\xfd"
 """A zstd frame begins with it (RFC 8878, section 3.1.1)."""

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
 from datetime import datetime
-from typing import Any
+from typing import Any, NamedTuple
 
 from cityflow.core.building import Status
 from cityflow.core.verdicts import VERDICT_KEY
 from cityflow.flow.task import Record
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
+class Row(NamedTuple):
     """One record in short.
 
     Attributes
@@ -46,8 +44,7 @@ class Row:
         return cls(stage, unit, attempt, Status(status), *more)
 
 
-@dataclass(frozen=True, slots=True)
-class Line:
+class Line(NamedTuple):
     """A record to be joined: what is known of it, the digest of its task, and its text."""
 
     row: Row
@@ -55,7 +52,7 @@ class Line:
     text: bytes
 
 
-NAMES = tuple(field.name for field in fields(Row))
+NAMES = Row._fields
 
 
 def row_of(record: Record) -> Row:

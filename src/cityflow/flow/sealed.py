@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
 from operator import attrgetter
@@ -15,9 +16,12 @@ LEVEL = 1
 """A third of the bytes in a tenth of a millisecond; a segment compresses anew, many records together."""
 
 _LONG = ("parameters", "inputs")
-"""Most of a record, and of no use to the driver: it has made them, or the worker that completed a draft has."""
-_HEAD = tuple(field.name for field in fields(Record) if field.name not in _LONG)
+"""Side by side, most of a record, and of no use to the driver: it has made them, or the worker that completed a draft has."""
+_NAMES = tuple(field.name for field in fields(Record))
+_HEAD = tuple(name for name in _NAMES if name not in _LONG)
+_BEFORE = _NAMES.index(_LONG[0])
 _head_of = attrgetter(*_HEAD)
+_record_of: Callable[..., Record] = Record
 
 
 @dataclass(frozen=True)
@@ -49,4 +53,4 @@ class Sealed:
     @cached_property
     def record(self) -> Record:
         """The record without parameters and inputs."""
-        return Record(**dict(zip(_HEAD, self.head, strict=True)), parameters={}, inputs={})
+        return _record_of(*self.head[:_BEFORE], {}, {}, *self.head[_BEFORE:])

@@ -9,6 +9,7 @@ import numpy as np
 import pyarrow as pa
 
 from cityflow.core.arrays import IntArray
+from cityflow.flow.key_filter import KeyFilter
 from cityflow.flow.record_segments import (
     SCHEMA,
     Frame,
@@ -53,6 +54,7 @@ class Joined:
         self.problems: dict[str, str] = {}
         self.unfinished: set[str] = set()
         self._parts: list[Rows] = []
+        self._filter = KeyFilter()
         self._frames: list[tuple[str, Frame]] = []
         self.lost_attempts: dict[tuple[str, str], int] = {}
         self._kept: OrderedDict[int, bytes] = OrderedDict()
@@ -79,9 +81,8 @@ class Joined:
 
     def find(self, stage: str, folder: str) -> list[Place]:
         """Places of the records of a unit, newest first; names as they stand in paths."""
-        if not self._parts:
+        if not self._parts or not self._filter.may_have(key := key_of(stage, folder)):
             return []
-        key = key_of(stage, folder)
         unit = unquoted(folder)
         known = unit if quoted(unit) == folder else None  # a long name is cut in paths
         return sorted((p for part in self._parts for p in part.find(key, known)), reverse=True)
@@ -89,7 +90,7 @@ class Joined:
     def knows(self, stage: str, folder: str) -> bool:
         """Whether any record of a unit stands in a segment."""
         key = key_of(stage, folder)
-        return any(part.knows(key) for part in self._parts)
+        return self._filter.may_have(key) and any(part.knows(key) for part in self._parts)
 
     def has(self, stage: str, folder: str, attempt: int) -> bool:
         """Whether a record stands in a segment."""
@@ -175,9 +176,14 @@ class Joined:
             self._frames.extend((segment.name, frame) for frame in segment.frames)
             self.names.add(segment.name)
         part = merged(tables)
+        self._filter.add(part.keys)
         while self._parts and len(self._parts[-1]) < 2 * len(part):
             part = merged([self._parts.pop().table, part.table])
         self._parts.append(part)
+        if self._filter.is_full:
+            self._filter = KeyFilter(sum(map(len, self._parts)))
+            for each in self._parts:
+                self._filter.add(each.keys)
 
     def _problem(self, segment: Segment, files: Files) -> str:
         """What is wrong with the records of a segment, by their size, or by all of them where contents are to be held against checksums."""

@@ -103,7 +103,8 @@ class Stage(Generic[C]):
         the nodes; every one of them is wanted, too
     draft : (context, unit) → the task before what it waits for has ended (`flow.draft`); None where
         it cannot be told yet, or where there are needs beyond the first step
-    starts : (context, node that has ended) → units that run now, whoever needs them; `START` is the first, then come the turns of the places (`turn_of`)
+    begins : (context, turn) → units that run now, whoever needs them; `START` is the first, then come the turns of the places (`turn_of`)
+    starts : (context, node that has ended) → the same when a task has ended
     asked : (context, unit) → whether the request has such a task: a record may be of an earlier one
     supplied : (context, unit) → whether earlier stages have left, in this request, what its task is made of
     sees : (context, unit) → tiles, beyond its own, whose units it looks at
@@ -122,6 +123,7 @@ class Stage(Generic[C]):
     task: Callable[[C, str], Task | None]
     needs: Sequence[Callable[[C, str], Iterable[Node]]] = ()
     draft: Callable[[C, str], Task | None] | None = None
+    begins: Callable[[C, Node], Iterable[str]] = nobody
     starts: Callable[[C, Node], Iterable[str]] = nobody
     asked: Callable[[C, str], bool] = always
     supplied: Callable[[C, str], bool] = always

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
+from hashlib import blake2s
 from typing import Any
 from uuid import uuid4
 
@@ -23,7 +24,7 @@ from cityflow.flow.offers import Offers, resources
 from cityflow.flow.stage import Node
 from cityflow.flow.store import Store
 from cityflow.flow.suspects import Job
-from cityflow.flow.task import Record, Task, digest_of
+from cityflow.flow.task import Record, Task
 
 
 class Submission:
@@ -103,10 +104,10 @@ class Submission:
         """All tasks, or all drafts; those together that ask for the same memory."""
         groups: defaultdict[float, list[Job]] = defaultdict(list)
         for job in jobs:
-            task = self.inputs.ready(job.task)
-            need_mb = max(job.least_mb, self._needs.of(task))
-            asked_mb = offers.asked(need_mb, must=job.least_mb > 0)
-            groups[asked_mb].append(job.asking(task, need_mb, asked_mb))
+            job.task = self.inputs.ready(job.task)
+            job.need_mb = max(job.least_mb, self._needs.of(job.task))
+            job.asked_mb = offers.asked(job.need_mb, must=job.least_mb > 0)
+            groups[job.asked_mb].append(job)
         for asked_mb, group in groups.items():
             drafts = [job.task for job in group if isinstance(job.task, Draft)]
             if drafts:
@@ -126,8 +127,10 @@ class Submission:
             futures = self._client.map(
                 function, stores, what, attempts, needs, *awaited, key=keys, pure=False, retries=0, resources=resources(asked_mb)
             )  # fmt: skip
-        self._jobs.update((key, job.sent(f)) for key, job, f in zip(keys, jobs, futures, strict=True))
-        self._keys.update((job.node, key) for key, job in zip(keys, jobs, strict=True))
+        for key, job, future in zip(keys, jobs, futures, strict=True):
+            job.future = future
+            self._jobs[key] = job
+            self._keys[job.node] = key
         self.completed.update(futures)
 
     def _sent_of(self, draft: Draft) -> Sent:
@@ -140,7 +143,7 @@ class Submission:
 
     def _key(self, job: Job) -> str:
         self._sent += 1
-        return f"{prefix(job)}{digest_of([self._token, self._sent])[:8]}"
+        return f"{prefix(job)}{blake2s(f'{self._token}{self._sent}'.encode(), digest_size=4).hexdigest()}"
 
 
 def prefix(job: Job) -> str:

@@ -26,9 +26,9 @@ MOST_DEATHS = 20
 """A task that died so often while it ran alone is named whatever the others do: the run has to end."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Job:
-    """A task on the scheduler.
+    """A task on the scheduler; `flow.submission` completes it as it goes.
 
     Attributes
     ----------
@@ -51,19 +51,6 @@ class Job:
     alone_s: float = 0.0
     deaths: int = 0
     deaths_alone: int = 0
-
-    def asking(self, task: Task, need_mb: float, asked_mb: float) -> Job:
-        """The same as it is sent; `dataclasses.replace` takes ten times as long."""
-        return Job(
-            task, self.attempt, self.rank, self.future, self.tries, self.least_mb, need_mb, asked_mb, self.since, self.alone_s, self.deaths, self.deaths_alone
-        )  # fmt: skip
-
-    def sent(self, future: Any) -> Job:
-        """The same on the scheduler."""
-        return Job(
-            self.task, self.attempt, self.rank, future, self.tries, self.least_mb, self.need_mb, self.asked_mb, self.since, self.alone_s, self.deaths,
-            self.deaths_alone,
-        )  # fmt: skip
 
     @property
     def node(self) -> Node:

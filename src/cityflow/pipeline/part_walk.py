@@ -58,7 +58,7 @@ class PartWalk(Walk[C]):
         """What stands at the end of the flow and may change, as far as an earlier run has come to it; place by place."""
         turns, context = (START, *map(turn_of, places)), self._context
         goals = [
-            (stage.name, unit) for turn in turns for stage in self._starting for unit in stage.starts(context, turn)
+            (stage.name, unit) for turn in turns for stage in self._beginning for unit in stage.begins(context, turn)
         ]
         reached = [node for node in goals if self._standing.may_change(node)]
         self.left.update(node for node in reached if not self._done_before(node))

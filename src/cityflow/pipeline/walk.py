@@ -31,6 +31,7 @@ class Walk(Generic[C]):
 
     def __init__(self, stages: Sequence[Stage[C]], context: C) -> None:
         self.stages = {stage.name: stage for stage in stages}
+        self._beginning = [stage for stage in stages if stage.begins is not nobody]
         self._starting = [stage for stage in stages if stage.starts is not nobody]
         self._context = context
         self._ended = ended = NodeSet()
@@ -42,8 +43,9 @@ class Walk(Generic[C]):
 
     def begin(self, places: Iterable[str] = ()) -> Iterator[Task]:
         """What can start at once: what waits for no place, then place by place, each with all that it needs."""
-        for node in (START, *map(turn_of, places)):
-            yield from self._started_by(node)
+        for turn in (START, *map(turn_of, places)):
+            for stage in self._beginning:
+                yield from self.want((stage.name, unit) for unit in stage.begins(self._context, turn))
 
     def want(self, nodes: Iterable[Node]) -> Iterator[Task]:
         """What can start at once of these tasks and of all that they need."""

@@ -196,9 +196,9 @@ def _points(city: City, unit: str) -> Iterable[Node]:
     return checked_over(city.survey, city.survey.images.tilted.tiles[unit].ground_tiles)
 
 
-def _starts(city: City, ended: Node) -> Iterable[str]:
+def _begins(city: City, turn: Node) -> Iterable[str]:
     """The tiles of local frames that look at the ground tiles to export, with the first of these."""
-    tiles = city.tiles_at(ended)
+    tiles = city.tiles_at(turn)
     return city.survey.images.tilted.units_over(tiles) if tiles and city.survey.source.kind == IMAGES else []
 
 
@@ -211,7 +211,7 @@ STAGE = Stage(
     task=task_by(recipe),
     draft=draft_by(recipe),
     asked=lambda city, _: city.survey.source.kind == IMAGES,
-    starts=_starts,
+    begins=_begins,
     parameters=(FrameParameters,),
     cost=Cost(10.0, 1500.0, 20.0),
 )

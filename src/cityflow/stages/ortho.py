@@ -145,8 +145,8 @@ def _surfaces_and_images(city: City, name: str) -> Iterable[Node]:
     return [*(("surface", t) for t in survey.lattice.ring(name)), *(("ingest", n) for n in images)]
 
 
-def _starts(city: City, ended: Node) -> Iterable[str]:
-    return city.tiles_at(ended) if city.survey.source.kind == IMAGES else ()
+def _begins(city: City, turn: Node) -> Iterable[str]:
+    return city.tiles_at(turn) if city.survey.source.kind == IMAGES else ()
 
 
 STAGE = Stage(
@@ -158,7 +158,7 @@ STAGE = Stage(
     task=task_by(recipe),
     draft=draft_by(recipe),
     asked=lambda city, _: city.survey.source.kind == IMAGES,
-    starts=_starts,
+    begins=_begins,
     parameters=(OrthoParameters,),
     cost=Cost(5.0, 1000.0, 20.0),
 )

@@ -58,8 +58,8 @@ def run_points(workspace: Workspace, task: Task) -> Outcome:
     )
 
 
-def _starts(city: City, ended: Node) -> Iterable[str]:
-    return [OUTLINES] if ended == START and city.survey.outlines_given else []
+def _begins(city: City, turn: Node) -> Iterable[str]:
+    return [OUTLINES] if turn == START and city.survey.outlines_given else []
 
 
 def _known_before(city: City, name: str) -> Iterable[Node]:
@@ -100,7 +100,7 @@ STAGE = Stage(
     ),
     needs=(_known_before, _sampled_file),
     task=_task,
-    starts=_starts,
+    begins=_begins,
     parameters=(TileParameters,),
     cost=Cost(1.0, 400.0, 4.0),
     limits=Limits(7200, 6000),

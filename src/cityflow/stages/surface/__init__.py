@@ -157,7 +157,7 @@ STAGE = Stage(
     needs=(_sources,),
     task=lambda city, name: _TASKS[city.survey.source.kind](city.survey, name),
     draft=_draft,
-    starts=lambda city, ended: city.tiles_at(ended),
+    begins=lambda city, turn: city.tiles_at(turn),
     parameters=(
         SurfaceParameters,
         ImageSurfaceParameters,
