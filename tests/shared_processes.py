@@ -42,8 +42,12 @@ TOGETHER = {
         "flow/test_store_outage.py",
     ),
     "a browser and the painted town": ("browser", "reporting/test_report_pages.py", "reporting/test_view.py"),
-    "photographs without poses": ("workflow/test_orient_photographs.py",),
-    "spoiled poses": ("workflow/test_orient.py",),
+    "orientations on a cluster": (
+        "workflow/test_orient.py",
+        "workflow/test_orient_bad_photographs.py",
+        "workflow/test_orient_photographs.py",
+        "workflow/test_orient_video.py",
+    ),
     "windows": ("windows",),
     "made surfaces": ("surface/test_dtm.py", "surface/test_tile_surface.py"),
 }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,6 @@ from typer.testing import CliRunner
 from cityflow.cli import app
 from cityflow.core.camera import OrientedImage
 from cityflow.errors import CatalogError, WorkflowError
-from cityflow.flow.cluster import connect
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.reporting.orientation_report import FIGURES, PAGE
 from cityflow.runs.orientation_asked import OrientationAsked
@@ -34,13 +32,6 @@ def _control(path: Path, images: list[OrientedImage]) -> Path:
                 lines.append(f"{name},{place},{image.name},{uv[0, 0]:.4f},{uv[0, 1]:.4f}")
     path.write_text("\n".join(lines) + "\n")
     return path
-
-
-@pytest.fixture(scope="module")
-def scheduler() -> Iterator[str]:
-    """Address of one whose two workers serve all commands: each command's own would load every library anew."""
-    with connect(None, 2) as client:
-        yield client.scheduler_info()["address"]
 
 
 @pytest.mark.cluster

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,6 @@ from cityflow import cli
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.photo_metadata import PhotoMetadata
 from cityflow.evaluation.poses import PoseFigures, pose_figures
-from cityflow.flow.cluster import connect
 from cityflow.geometry.rotations import from_omega_phi_kappa
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.images.exif_write import with_exif
@@ -29,13 +27,6 @@ pytestmark = pytest.mark.cluster
 CAMERA = Camera(480, 360, 520.0, 520.0, 240.0, 180.0)
 ZOOMED = replace(CAMERA, fx=640.0, fy=640.0)
 PIXEL_MM = 0.005
-
-
-@pytest.fixture(scope="module")
-def scheduler() -> Iterator[str]:
-    """Address of one whose worker serves all commands: each command's own would load every library anew."""
-    with connect(None, 1) as client:
-        yield client.scheduler_info()["address"]
 
 
 @dataclass(frozen=True)

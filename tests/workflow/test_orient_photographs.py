@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import shutil
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -28,7 +27,6 @@ from cityflow.core.control_points import ControlPoint, ControlPoints, Mark, Role
 from cityflow.core.photo_metadata import GnssPosition, PhotoMetadata
 from cityflow.core.points import PointCloud
 from cityflow.errors import CatalogError, RunError
-from cityflow.flow.cluster import connect
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.geometry.rotations import from_omega_phi_kappa
@@ -145,13 +143,6 @@ class Oriented:
         model = decode_models((self.work / next(iter(record.outputs))).read_bytes())[0]
         names = record.result["photographs"]
         return [replace(i, name=names[k]) for i, k in zip(model.images, model.numbers, strict=True)], model.xyz
-
-
-@pytest.fixture(scope="module")
-def scheduler() -> Iterator[str]:
-    """Address of one whose worker serves all commands but one: each command's own would load every library anew."""
-    with connect(None, 1) as client:
-        yield client.scheduler_info()["address"]
 
 
 @pytest.fixture(scope="module")

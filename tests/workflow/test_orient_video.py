@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +16,6 @@ from adjustment.film import RATE, filmed
 from adjustment.scenes import rendered_hills
 from cityflow.errors import CatalogError
 from cityflow.evaluation.poses import pose_figures
-from cityflow.flow.cluster import connect
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.images.video import write_video
 from cityflow.reporting.carrier_track import LINE, POINTS, TRACK
@@ -32,13 +30,6 @@ FILM = VideoParameters(
     width_px=SIZE[0], height_px=SIZE[1], frames_a_second=RATE, seconds=3.6, altitude_m=45.0, tilt_deg=15.0, speed_ms=11.0, turn_deg=120.0,
     distortion=(), attitude_deg=3.0, hover_s=0.3, repeated_s=0.3, blurred_share=0.08, blur_px=6.0,
 )  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def scheduler() -> Iterator[str]:
-    """Address of one whose worker serves all commands: each command's own would load every library anew."""
-    with connect(None, 1) as client:
-        yield client.scheduler_info()["address"]
 
 
 @pytest.mark.cluster
