@@ -12,6 +12,8 @@ import subprocess
 import tempfile
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -45,7 +47,7 @@ class Chromium:
     def __init__(self, flags: tuple[str, ...] = SOFTWARE, size: tuple[int, int] = (1300, 820), coarse: int = 1) -> None:
         found = executable()
         assert found is not None
-        self._coarse = coarse
+        self._coarse, self._size = coarse, size
         self._profile = tempfile.TemporaryDirectory(prefix="chromium-", ignore_cleanup_errors=True)
         self.messages: list[str] = []
         """What the page has said on its console as a warning or an error, and failed requests."""
@@ -59,9 +61,20 @@ class Chromium:
             self.call(f"{domain}.enable")
         self.resize(*size)
 
+    @contextmanager
+    def drawn(self, coarse: int) -> Iterator[None]:
+        """For a while in more pixels, or fewer."""
+        usual, self._coarse = self._coarse, coarse
+        self.resize(*self._size)
+        try:
+            yield
+        finally:
+            self._coarse = usual
+            self.resize(*self._size)
+
     def resize(self, width: int, height: int) -> None:
         """Give the window another size in pixels of the page."""
-        scale = 1 / self._coarse
+        self._size, scale = (width, height), 1 / self._coarse
         self.call(
             "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=scale, mobile=False
         )

@@ -60,7 +60,7 @@ def address(painted: Path) -> Iterator[str]:
 def browser() -> Iterator[chromium.Chromium]:
     if chromium.executable() is None:
         pytest.skip(NO_BROWSER)
-    with chromium.Chromium(coarse=2) as found:  # software draws, pixel by pixel
+    with chromium.Chromium(coarse=4) as found:  # software draws, pixel by pixel
         yield found
 
 
@@ -76,6 +76,14 @@ def page(browser: chromium.Chromium, address: str) -> chromium.Chromium:
         browser.open(f"{address}#camera={SOUTH}", READY)
         browser.run(f"window.asOpened = {STATE}")
     return browser
+
+
+@pytest.fixture
+def sharp_page(page: chromium.Chromium) -> Iterator[chromium.Chromium]:
+    """The page in more pixels, for those who look at single ones."""
+    with page.drawn(coarse=2):
+        page.wait(READY)
+        yield page
 
 
 STATE = """(() => JSON.stringify([

@@ -107,15 +107,17 @@ MODEL_PIXELS = """(() => {
 })()"""
 
 
-def test_a_section_is_drawn(page: Chromium) -> None:
-    section_through(page, town.FLAT)
-    assert not page.run("document.getElementById('profile').hidden")
-    pixels = page.run(MODEL_PIXELS)
+def test_a_section_is_drawn(sharp_page: Chromium) -> None:
+    section_through(sharp_page, town.FLAT)
+    assert not sharp_page.run("document.getElementById('profile').hidden")
+    pixels = sharp_page.run(MODEL_PIXELS)
     cols, rows = np.array(pixels).T
     x0, _, x1, _ = town.OUTLINES[town.FLAT].bounds
     shape = np.ptp(cols) / np.ptp(rows)
     drawn = (
-        float(page.run("document.getElementById('tool-result').innerText.match(/drawn at ([0-9.]+)/)?.[1] ?? '100'"))
+        float(
+            sharp_page.run("document.getElementById('tool-result').innerText.match(/drawn at ([0-9.]+)/)?.[1] ?? '100'")
+        )
         / 100
     )
     assert shape == pytest.approx((x1 - x0) / (town.TOPS[town.FLAT] - town.GROUND) / drawn, rel=0.05)

@@ -30,18 +30,18 @@ def test_it_loads_without_errors_and_draws_the_city(page: Chromium) -> None:
     assert "4 of 5 buildings" in page.run("document.getElementById('subtitle').textContent")
 
 
-def test_roofs_have_the_colours_of_the_ortho_where_the_model_projects(page: Chromium) -> None:
-    picture = page.picture()
-    flat = colours_at(picture, on_page(page, over(town.FLAT, town.TOPS[town.FLAT])))
+def test_roofs_have_the_colours_of_the_ortho_where_the_model_projects(sharp_page: Chromium) -> None:
+    picture = sharp_page.picture()
+    flat = colours_at(picture, on_page(sharp_page, over(town.FLAT, town.TOPS[town.FLAT])))
     assert np.mean(np.abs(flat - town.COLOURS[town.FLAT]).max(axis=1) < 30) > 0.97
     south = over(town.GABLE, 0.0)
     south = south[south[:, 1] < town.Y + 54.5]
     south[:, 2] = town.TOPS[town.GABLE] - 0.7 * np.abs(south[:, 1] - (town.Y + 55))
-    gable = colours_at(picture, on_page(page, south))
+    gable = colours_at(picture, on_page(sharp_page, south))
     assert np.mean(np.abs(gable - town.COLOURS[town.GABLE]).max(axis=1) < 30) > 0.97
     x0, y0, x1, _ = town.OUTLINES[town.FLAT].bounds
     lawn = np.column_stack([np.linspace(x0, x1, 20), np.full(20, y0 - 4.0), np.full(20, town.GROUND)])
-    grass = colours_at(picture, on_page(page, lawn))
+    grass = colours_at(picture, on_page(sharp_page, lawn))
     assert np.mean(np.abs(grass - town.GRASS).max(axis=1) < 30) > 0.95, "the lawn in front is lawn"
 
 
