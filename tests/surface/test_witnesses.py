@@ -91,6 +91,24 @@ def test_of_two_lone_words_the_nearer_one_goes(images: list[OrientedImage]) -> N
     assert (judged(two, maps)["nadir0"][false] == 0).mean() > 0.95, "but for what the other's picture does not show"
 
 
+def test_the_wall_behind_does_not_confirm_a_roof_that_is_drawn_out_over_the_ground(images: list[OrientedImage]) -> None:
+    """The view from above puts a strip of ground at the height of the roof beside it; a slanting view sees the wall there, half a metre behind."""
+    two = [images[0], images[5]]
+    maps = {i.name: depth_map(i) for i in two}
+    west, south, _, north, top = BOXES[1]
+    made = maps["nadir0"]
+    xyz = points_of(made, two[0]).xyz.reshape(*made.depth.shape, 3)
+    along = (xyz[..., 1] > south + 1) & (xyz[..., 1] < north - 1)
+    roof = along & (xyz[..., 2] > top - 0.01) & (xyz[..., 0] > west) & (xyz[..., 0] < west + 0.5)
+    drawn_out = along & (xyz[..., 2] < 0.01) & (xyz[..., 0] > west - 0.5) & (xyz[..., 0] < west - 0.4)
+    depth = np.where(drawn_out, two[0].centre[2] - top, made.depth).astype(np.float32)
+    maps["nadir0"] = replace(made, depth=depth, views=np.ones_like(made.views))
+    words = judged(two, {name: [m] for name, m in maps.items()})["nadir0"]
+    assert drawn_out.sum() > 60
+    assert (words[drawn_out] == 0).mean() > 0.95
+    assert (words[roof] > 1).mean() > 0.95, "the roof's own edge is confirmed"
+
+
 def test_a_thin_spire_stays(images: list[OrientedImage], monkeypatch: pytest.MonkeyPatch) -> None:
     bare = depth_map(images[3])
     monkeypatch.setattr(box_scene, "BOXES", np.vstack([BOXES, SPIRE]))

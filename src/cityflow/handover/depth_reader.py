@@ -19,7 +19,7 @@ from cityflow.handover.field_types import OrientedField
 from cityflow.handover.vote_files import decode_boxes, decode_votes
 from cityflow.surface.witnesses import Witness, WitnessParameters, without_refuted, words_for
 
-VERSION = 2
+VERSION = 3
 """Of what is refuted; a change of how the votes are read is one of the stages that read them."""
 POINTS_KEPT = 15_000_000
 """Of some 40 bytes each."""

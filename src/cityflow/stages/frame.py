@@ -37,7 +37,7 @@ from cityflow.survey.surface_source import FRAMES, IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "frame"
-VERSION = 9
+VERSION = 10
 EMPTY = "no image of this direction has depths here"
 
 

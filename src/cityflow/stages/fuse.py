@@ -27,7 +27,7 @@ from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "fuse"
-VERSION = 6
+VERSION = 7
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,7 @@ from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "walls"
-VERSION = 3
+VERSION = 4
 WALLS = "walls.cfa"
 
 

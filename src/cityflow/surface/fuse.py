@@ -69,7 +69,7 @@ class FuseParameters(Parameters):
     """How points become the surface."""
 
     lower_share: float = Field(
-        0.8,
+        0.85,
         ge=0,
         le=10,
         description="of two surfaces in a cell the lower one is used if it has at least this share of the weight",
