@@ -17,8 +17,9 @@ from shapely.affinity import rotate, scale, translate
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.facade_points import WallPoints, joined_walls
+from cityflow.core.grid import Grid
 from cityflow.core.points import BUILDING, GROUND, HIGH_VEGETATION, UNCLASSIFIED, PointCloud
-from cityflow.core.reconstruction import Evidence
+from cityflow.core.reconstruction import Evidence, HeightRaster
 from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.reconstruction.choose import ReconstructParameters
 from cityflow.reconstruction.model import ModelParameters
@@ -40,7 +41,7 @@ SOUND = 0.5
 """Share of the units that are left alone."""
 RELIEFS, STREET_TREES, OLD_HOUSES, OLD_CLUTTER = (0.0, 0.4, 1.0), (0.4, 0.8), 8, (0.5, 1.5)
 """Polders and slopes, few trees and many; old houses of an inner city beside each town, with this much clutter on their roofs."""
-AROUND_M, HIGH_M, WITHIN_M, GOOD_SHARE = 2.0, 1.5, 0.2, 0.95
+AROUND_M, RASTER_M, HIGH_M, WITHIN_M, GOOD_SHARE = 2.0, 4.0, 1.5, 0.2, 0.95
 INSIDE_RIM_M = 1e-3
 PLACES, STEP_M = 5000, (0.1, 0.5)
 EAVES_M = 0.6
@@ -58,6 +59,7 @@ class Survey:
     outline_sigma_m : error of the corners of free-standing units' outlines (of their distance), at most
     walls : points on façades, of images
     matched : points are of images, not of a scanner
+    heights : surface and terrain, where there are rasters
     """
 
     points: PointCloud
@@ -67,6 +69,7 @@ class Survey:
     outline_sigma_m: float = 0.0
     walls: WallPoints = field(default_factory=lambda: joined_walls(()))
     matched: bool = False
+    heights: HeightRaster | None = None
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,15 @@ class Case:
     evidence: Evidence
     parameters: ModelParameters
     places: FloatArray
+
+
+@dataclass(frozen=True)
+class Faults:
+    """What is wrong with a case: its outline, the name of what was spoilt; points per square metre."""
+
+    outline: Polygon
+    spoil: str
+    density: float
 
 
 def cases_of(seed: int) -> Iterator[Case]:
@@ -122,6 +134,12 @@ def _case(town: Town, survey: Survey, tree: shapely.STRtree, unit: Unit, rng: np
     outline = _outline(unit, near, spoil, rng)
     if survey.outline_sigma_m and not _party(outline, [u for u in near if u is not unit]):
         outline = disturbed(outline, rng, float(rng.uniform(0.0, survey.outline_sigma_m)))
+    return case_of(town, survey, unit, near, Faults(outline, spoil, density), rng)
+
+
+def case_of(town: Town, survey: Survey, unit: Unit, near: list[Unit], faults: Faults, rng: np.random.Generator) -> Case:
+    """A unit as it is surveyed with such faults. `near`: the units around, and itself."""
+    outline, spoil, density = faults.outline, faults.spoil, faults.density
     xyz = survey.points.xyz
     x_0, y_0, x_1, y_1 = shapely.box(*outline.bounds).union(shapely.box(*unit.bounds)).buffer(AROUND_M).bounds
     there = (xyz[:, 0] > x_0) & (xyz[:, 0] < x_1) & (xyz[:, 1] > y_0) & (xyz[:, 1] < y_1)
@@ -141,11 +159,24 @@ def _case(town: Town, survey: Survey, tree: shapely.STRtree, unit: Unit, rng: np
     walls = survey.walls.within((x_0, y_0, x_1, y_1))
     evidence = Evidence(
         unit.id, outline, _ordered(points.take(inside)), floor, around=_ordered(points.take(beside)), party=party,
-        matched=survey.matched,
+        matched=survey.matched, heights=survey.heights and _window(survey.heights, outline),
         walls=walls.take(shapely.dwithin(shapely.points(walls.xyz[:, :2]), outline, AROUND_M)),
     )  # fmt: skip
     truth = [] if spoil in ("crown only", "ground for roof") else [unit]
     return Case(unit.id, spoil, density, evidence, _parameters(spoil, rng), true_places(truth, outline, near))
+
+
+def _window(heights: HeightRaster, outline: Polygon) -> HeightRaster:
+    """What is within a few metres of an outline, and on the grid."""
+    whole = heights.grid
+    x_0, y_0, x_1, y_1 = outline.buffer(RASTER_M).bounds
+    (top, bottom), (left, right) = whole.indices(np.array([x_0, x_1]), np.array([y_1, y_0]))
+    top, bottom = (int(np.clip(row, 0, whole.rows - 1)) for row in (top, bottom))
+    left, right = (int(np.clip(col, 0, whole.cols - 1)) for col in (left, right))
+    there = slice(top, bottom + 1), slice(left, right + 1)
+    corner = whole.x_min + left * whole.cell, whole.y_max - top * whole.cell
+    part = Grid(*corner, whole.cell, bottom + 1 - top, right + 1 - left)
+    return HeightRaster(part, heights.dsm[there], heights.dtm[there])
 
 
 def _classes(survey: Survey, there: BoolArray) -> np.ndarray:

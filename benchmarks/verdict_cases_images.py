@@ -19,6 +19,7 @@ from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.grid import Grid
 from cityflow.core.points import BUILDING, GROUND, HIGH_VEGETATION, PointCloud
+from cityflow.core.reconstruction import HeightRaster
 from cityflow.geometry.straight_edges import wall_edges
 from cityflow.surface.image_surface import THINNED_M
 from cityflow.surface.overview import thinned_cells
@@ -79,7 +80,9 @@ def _survey(town: Town, seed: int, gsd_m: float, noise: HeightNoise) -> Survey:
     classes = np.where(green, HIGH_VEGETATION, np.where(above, BUILDING, GROUND)).astype(np.uint8)
     density = 1.0 / (block * gsd_m) ** 2
     walls = joined_walls([_facades(unit, town.units, seed) for unit in town.units])
-    return Survey(PointCloud.of(xyz, classes), classes, density, (density,), OUTLINE_SIGMA_M, walls, matched=True)
+    x, y = (a.ravel() for a in grid.centres())
+    rasters = HeightRaster(grid, heights.astype(np.float64), np.asarray(town.dtm(x, y), np.float64).reshape(grid.shape))
+    return Survey(PointCloud.of(xyz, classes), classes, density, (density,), OUTLINE_SIGMA_M, walls, True, rasters)
 
 
 def _matched(true: TrueView, noise: HeightNoise, town: Town, seed: int) -> Float32Array:

@@ -2,7 +2,7 @@
 
     python benchmarks/verdicts.py --cache FOLDER                    # judge the committed calibration on towns that it was not fitted on
     python benchmarks/verdicts.py --cache FOLDER --fit --write      # fit it anew, and write it into `reconstruction/verdicts/fitted_weights.py`
-    python benchmarks/verdicts.py --cache FOLDER --fit --write --surveys matched      # the calibration of matched surfaces alone
+    python benchmarks/verdicts.py --cache FOLDER --fit --write --surveys matched sides      # the calibration of matched surfaces alone
 
 A town has some 110 units (`verdict_cases.py`): half of them sound, the others spoilt in one of fourteen ways, at 0.7 to 20 points per m², and eight cluttered
 old houses. The threshold of `good` is set on the towns of the fit, each judged by a fit to the others: the least with the shares aimed at. A town takes
@@ -31,24 +31,28 @@ from cityflow.reconstruction.verdicts.judge import judged_model
 from cityflow.reconstruction.verdicts.verdict import judgement_of, probability_of
 from verdict_cases import Case, cases_of, true_share
 from verdict_cases_images import image_cases
+from verdict_cases_sides import image_side_cases
 from verdict_cases_sparse import sparse_cases
 
 SURVEYS: Mapping[str, Callable[[int], Iterator[Case]]] = {
     "scanned": cases_of,
     "sparse": sparse_cases,
     "matched": image_cases,
+    "sides": image_side_cases,
 }
-"""What a town's units are surveyed by: a scanner, a scanner with few points, images."""
+"""What a town's units are surveyed by: a scanner, a scanner with few points, images, images where single sides of outlines are wrong."""
 SCANS = (*range(201, 207), *range(211, 214), *range(301, 304))
 FITTED: Mapping[str, tuple[int, ...]] = {
     "scanned": SCANS,
     "sparse": SCANS,
     "matched": (*SCANS, *range(601, 607), 701, 702),
+    "sides": (*range(201, 207), 211, 212, 601),
 }
 JUDGED: Mapping[str, tuple[int, ...]] = {
     "scanned": (515, 516, 517, 518),
     "sparse": (515, 516, 517, 518),
     "matched": tuple(range(801, 807)),
+    "sides": (811, 812, 813),
 }
 """Seeds of the towns that the calibration is fitted to, and of those that judge it."""
 SCALES: dict[str, tuple[float, ...]] = {
@@ -62,12 +66,17 @@ OUTLINE_ALONE = frozenset({"beside"})
 """A roof that goes on beyond a given outline may be another building: a doubt, but it makes no unit poor."""
 OF_MATCHED_ALONE = frozenset({"slight"})
 """Only errors that neighbouring points share make planes; those of a scanner are every point's own."""
-CALIBRATED = {"SCANNED": (("scanned", "sparse"), OF_MATCHED_ALONE), "MATCHED": (("matched",), frozenset[str]())}
-"""Which surveys each calibration is for, and the figures that do not count there."""
+FAULTS = ("astray",)
+"""A roof that is right is of no use in an outline that is wrong. Few points of a scanner tell no side from another, and outlines beside them are given."""
+CALIBRATED: Mapping[str, tuple[tuple[str, ...], frozenset[str], tuple[str, ...]]] = {
+    "SCANNED": (("scanned", "sparse"), OF_MATCHED_ALONE, ()),
+    "MATCHED": (("matched", "sides"), frozenset(), FAULTS),
+}
+"""Which surveys each calibration is for, the figures that do not count there, and those that are a fault's probability."""
 BLOCK = r"^{} = Calibration\(\n.*?^\)  # fmt: skip\n"
 """What `fitted_weights.py` has of a calibration."""
 POOR_BELOW = 0.5
-RIDGE, LEAST_WEIGHT = 0.05, 0.005
+RIDGE, LEAST_WEIGHT, TINY = 0.05, 0.005, 1e-9
 GOOD_SHARE, FAIR_SHARE = 0.95, 0.8
 PURITY, WRONGLY = 0.975, 0.05
 """Of those called good 97 % shall be good: half a point more is aimed at, since towns differ; of others no more than so many shall be called good."""
@@ -102,30 +111,35 @@ def rows_of(seed: int, survey: str, cache: Path) -> list[Row]:
     return found
 
 
-def fitted(rows: Sequence[Row], share: float, without: frozenset[str] = frozenset()) -> Logistic:
+def fitted(
+    rows: Sequence[Row], share: float, without: frozenset[str] = frozenset(), faults: tuple[str, ...] = ()
+) -> Logistic:
     """The weights that make the true outcome likeliest, a small ridge added; `without`: figures that shall not count."""
     terms = [(f, s) for f, s in TERMS if f not in without]
     known = [r for r in rows if r.figures is not None]
     x = np.array([[np.log1p(getattr(r.figures, f) / s) for f, s in terms] for r in known])
     y = np.array([r.true >= share for r in known], float)
+    sound = np.array([np.prod([1.0 - getattr(r.figures, f) for f in faults]) for r in known])
 
     def cost(w: FloatArray) -> tuple[float, FloatArray]:
         z = w[0] - x @ w[1:]
         p = 1 / (1 + np.exp(-z))
-        loss = np.mean(np.logaddexp(0, -z) * y + np.logaddexp(0, z) * (1 - y)) + RIDGE * np.sum(w[1:] ** 2) / len(terms)
-        return float(loss), np.r_[np.mean(p - y), -(x.T @ (p - y)) / len(y) + 2 * RIDGE * w[1:] / len(terms)]
+        wrong = np.maximum(1 - sound * p, TINY)
+        loss = np.mean(np.logaddexp(0, -z) * y - np.log(wrong) * (1 - y)) + RIDGE * np.sum(w[1:] ** 2) / len(terms)
+        slope = (1 - y) * sound * p * (1 - p) / wrong - y * (1 - p)
+        return float(loss), np.r_[np.mean(slope), -(x.T @ slope) / len(y) + 2 * RIDGE * w[1:] / len(terms)]
 
     bounds = [(None, None)] + [(0, None)] * len(terms)
     w = minimize(cost, np.r_[3.0, np.full(len(terms), 0.1)], jac=True, bounds=bounds, method="L-BFGS-B").x
     kept = tuple(Term(f, s, round(float(v), 3)) for (f, s), v in zip(terms, w[1:], strict=True) if v > LEAST_WEIGHT)
-    return Logistic(share, round(float(w[0]), 3), kept)
+    return Logistic(share, round(float(w[0]), 3), kept, faults)
 
 
-def threshold(rows: Sequence[Row], without: frozenset[str]) -> float:
+def threshold(rows: Sequence[Row], without: frozenset[str], faults: tuple[str, ...]) -> float:
     """The least probability with the shares aimed at, every town judged by a fit to the others."""
     probability, good = [], []
     for seed in sorted({r.seed for r in rows}):
-        model = fitted([r for r in rows if r.seed != seed], GOOD_SHARE, without)
+        model = fitted([r for r in rows if r.seed != seed], GOOD_SHARE, without, faults)
         own = [r for r in rows if r.seed == seed and r.figures is not None]
         probability += [probability_of(r.figures, model) for r in own if r.figures is not None]
         good += [r.true >= GOOD_SHARE for r in own]
@@ -141,12 +155,13 @@ def threshold(rows: Sequence[Row], without: frozenset[str]) -> float:
 def calibrations(rows: Sequence[Row]) -> dict[str, str]:
     """The fitted models and thresholds, as Python, of the surveys that there are rows of."""
     found = {}
-    for name, (surveys, without) in CALIBRATED.items():
+    for name, (surveys, without, faults) in CALIBRATED.items():
         mine = [r for r in rows if r.survey in surveys]
         if {r.survey for r in mine} == set(surveys):
-            good, fair = fitted(mine, GOOD_SHARE, without), fitted(mine, FAIR_SHARE, without | OUTLINE_ALONE)
+            good = fitted(mine, GOOD_SHARE, without, faults)
+            fair = fitted(mine, FAIR_SHARE, without | OUTLINE_ALONE)
             models = _as_python(good) + _as_python(fair)
-            least = threshold(mine, without)
+            least = threshold(mine, without, faults)
             found[name] = f"{name} = Calibration(\n{models}    {least}, {POOR_BELOW},\n)  # fmt: skip\n"
     return found
 
@@ -158,7 +173,8 @@ def _as_python(model: Logistic) -> str:
         for figure in dict.fromkeys(t.figure for t in model.terms)
     ]
     lines = "".join(f"        {row},\n" for row in rows)
-    return f"    Logistic({model.share}, {model.base:.3f}, (\n{lines}    )),\n"
+    faults = "".join(f'"{fault}",' for fault in model.faults)
+    return f"    Logistic({model.share}, {model.base:.3f}, (\n{lines}    ){f', ({faults})' if faults else ''}),\n"
 
 
 def _shares(called: BoolArray, good: BoolArray) -> str:
@@ -184,7 +200,7 @@ def report(rows: Sequence[Row]) -> None:
     keys: Iterable[Callable[[Row], object]] = (
         lambda r: r.survey,
         lambda r: r.spoil,
-        lambda r: r.density if r.survey != "matched" else "images",
+        lambda r: r.density if r.survey in ("scanned", "sparse") else "images",
     )
     for key in keys:
         for name in sorted({key(r) for r in rows}, key=str):

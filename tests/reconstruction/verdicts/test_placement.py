@@ -18,6 +18,7 @@ from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.verdicts.placement import placement_of
 from cityflow.reconstruction.verdicts.roof_fit import fit_of
 from cityflow.reconstruction.verdicts.surroundings import surroundings_of
+from cityflow.reconstruction.verdicts.traces import traces_of
 from roof_scenes import ORIGIN, OUTLINE, gable, scan
 
 
@@ -58,7 +59,7 @@ def missed(outline: Polygon, eaves: float, density: float, walls: int = 0, seen:
     solid = choose(evidence, ReconstructParameters()).candidate.solid
     assert isinstance(solid, Polyhedron)
     fit = fit_of(solid, evidence)
-    return placement_of(evidence, surroundings_of(solid, evidence, fit), fit.density).missed
+    return placement_of(placed, traces_of(evidence, surroundings_of(solid, evidence, fit), fit.density)).missed
 
 
 @pytest.mark.parametrize("eaves", [0.0, 0.4, 0.9])
@@ -110,5 +111,8 @@ def test_edges_that_touch_a_neighbour_are_not_missed() -> None:
     assert isinstance(solid, Polyhedron)
     fit = fit_of(solid, evidence)
     alone = replace(evidence, party=())
-    told = [placement_of(e, surroundings_of(solid, e, fit), fit.density).missed for e in (evidence, alone)]
+    told = [
+        placement_of(placed, traces_of(e, surroundings_of(solid, e, fit), fit.density)).missed
+        for e in (evidence, alone)
+    ]
     assert told[0] < 0.012 < told[1]

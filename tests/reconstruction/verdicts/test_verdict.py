@@ -111,11 +111,13 @@ def test_the_order_of_points_changes_nothing() -> None:
     assert attributes_of(judged_model(evidence, PARAMETERS)) == attributes_of(judged_model(turned, PARAMETERS))
 
 
-BEST = Figures(0, 0, 0, 0, 0, 0, 0, 0, 0, 0.02, 0.05, 0.02, 0, 0, 0.004, 0, 400, 40)
+BEST = Figures(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.02, 0.05, 0.02, 0, 0, 0.004, 0, 400, 40)
 
 
 @pytest.mark.parametrize("matched", [False, True])
-@pytest.mark.parametrize("name", [f.name for f in fields(Figures) if f.name not in ("held", "points", "matched")])
+@pytest.mark.parametrize(
+    "name", [f.name for f in fields(Figures) if f.name not in ("held", "points", "matched", "worst_side")]
+)
 def test_no_figure_that_is_worse_makes_a_unit_better(name: str, matched: bool) -> None:
     best = replace(BEST, matched=matched)
     worse = replace(best, **{name: getattr(best, name) + 0.2})

@@ -18,7 +18,9 @@ from cityflow.reconstruction.verdicts.no_roof import Kind
 from cityflow.reconstruction.verdicts.placement import placement_of
 from cityflow.reconstruction.verdicts.roof_fit import RoofFit
 from cityflow.reconstruction.verdicts.roof_parts import plane_count, slight_share, step_length
+from cityflow.reconstruction.verdicts.sides import sides_of
 from cityflow.reconstruction.verdicts.surroundings import SEEN_M, SEEN_SPACINGS, beside_of, surroundings_of
+from cityflow.reconstruction.verdicts.traces import traces_of
 
 PLACES, STEP_M = 1200, (0.2, 1.0)
 """Of the lattice on an outline, and its least and greatest step; bounds time."""
@@ -44,6 +46,7 @@ class Figures:
     unsure : of the roof's area, where models from other points differ from this one by more than 20 cm; 0 where there were points enough
     missed : of the roof's area, what the outline misses or adds, by the ends of the roof and by façades, in the mean over what is likely
     misplaced : probability that this is more than a good model can bear
+    astray : probability that single sides of the outline, each by itself, miss or add more than a good model can bear
     beside : points per square metre that go on beyond the outline, by those on the roof
     error_m : metres, what the model claims of itself
     few : one by the root of the number of points on the plane, in the mean over the roof
@@ -55,6 +58,7 @@ class Figures:
     points : number of roof points
     held : number of roof points held back
     matched : points are of a surface that was matched or given, not a scanner's
+    worst_side : the side of the outline that is most in doubt, in words
     """
 
     off: float
@@ -65,6 +69,7 @@ class Figures:
     unsure: float
     missed: float
     misplaced: float
+    astray: float
     beside: float
     error_m: float
     few: float
@@ -76,6 +81,7 @@ class Figures:
     points: int
     held: int
     matched: bool = False
+    worst_side: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +108,8 @@ def figures_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit, held: HeldBa
     places = roof_places(evidence.outline)
     face, own = roof_hits(solid, np.column_stack([places, np.zeros(len(places))]))
     around = surroundings_of(solid, evidence, fit)
-    placement = placement_of(evidence, around, fit.density)
+    traces = traces_of(evidence, around, fit.density)
+    placement, sides = placement_of(evidence.outline, traces), sides_of(evidence.outline, traces)
     few = _few(solid, face, fit)
     return Figures(
         off=_off(places, xy, fit),
@@ -113,6 +120,7 @@ def figures_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit, held: HeldBa
         unsure=_unsure(own, held.others, places),
         missed=placement.missed,
         misplaced=placement.misplaced,
+        astray=sides.astray,
         beside=beside_of(evidence, around, fit.density),
         error_m=float(claim) if claim is not None and math.isfinite(claim) else 1.0,
         few=few,
@@ -124,6 +132,7 @@ def figures_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit, held: HeldBa
         points=int(roof.sum()),
         held=int(judged.sum()),
         matched=evidence.matched,
+        worst_side=sides.worst,
     )
 
 

@@ -13,27 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from shapely import Polygon
 
-from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.core.facade_points import WallPoints
+from cityflow.core.arrays import FloatArray
 from cityflow.core.kernels import njit
-from cityflow.core.reconstruction import Evidence
-from cityflow.geometry.straight_edges import wall_edges
-from cityflow.reconstruction.verdicts.surroundings import Surroundings
+from cityflow.reconstruction.verdicts.traces import BIN_M, REACH_M, Pieces, Traces
 
-PIECE_M, LEAST_EDGE_M = 2.5, 1.0
-"""Edges are judged in pieces of about this length, shorter edges not; set by hand."""
-BIN_M, REACH_M = 0.1, 2.0
-"""Points are counted across an edge in bins, so far to both sides; set by hand."""
-INSIDE_M = (0.3, 1.5)
-"""The density that a roof should have up to its rim is that of points this far inside; set by hand."""
-LEAST_INSIDE, LEAST_DENSITY = 1.5, 0.35
-"""Where it has fewer points inside, or less of the unit's density, an edge tells nothing; set by hand."""
-BEYOND = 0.2
-"""Share of the roof's density that may stand beyond its rim."""
-WALL_M, WALL_SHARE = 0.12, 0.6
-"""Standard deviation of a façade's echoes across it, and the share of the points below a roof that are such; set by hand."""
-FACING, LEAST_MATCHED, INDEPENDENT = 0.7, 5, 8.0
-"""Points of a matched façade face outwards (cosine); those of one piece err alike, and count for no more than so many; set by hand."""
 STEP_M, FARTHEST_M = 0.25, 1.5
 """Of the shifts that are tried, and the farthest of them; set by hand."""
 EAVES_STEP_M, WIDEST_EAVES_M = 0.2, 1.0
@@ -48,19 +31,6 @@ ALLOWED_M = 0.6
 """A roof may end so far before its outline: no harm is done."""
 HARM = 0.045
 """Share of the roof's area that, missed, leaves no good model, whatever the rest is like."""
-BINS = np.arange(-REACH_M, REACH_M + BIN_M / 2, BIN_M)
-"""Places across a wall at which its points are counted."""
-
-
-@dataclass(frozen=True, slots=True)
-class Pieces:
-    """Pieces of the straight edges of an outline: start, unit vectors along and outwards (K, 2), length (K,), touched by another unit (K,)."""
-
-    start: FloatArray
-    along: FloatArray
-    outward: FloatArray
-    length: FloatArray
-    party: BoolArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,86 +47,9 @@ class Placement:
     misplaced: float = 0.0
 
 
-def placement_of(evidence: Evidence, around: Surroundings, density: float) -> Placement:
-    """How well an outline fits, by what stands around it.
-
-    Parameters
-    ----------
-    density : roof points per square metre
-    """
-    pieces = _pieces_of(evidence)
-    if not len(around.roof) or not len(pieces.length) or pieces.party.all():
-        return Placement()
-    ends = _ends_of_roof(pieces, np.concatenate([around.roof, around.xyz[around.continuing]])[:, :2], density)
-    walls = _walls(pieces, around.xyz[around.below, :2]) + _matched_walls(pieces, evidence.walls)
-    return _expected(evidence.outline, pieces, ends, walls)
-
-
-def _pieces_of(evidence: Evidence) -> Pieces:
-    found = []
-    for edge in wall_edges(evidence.outline, evidence.party):
-        count = max(1, round(edge.length / PIECE_M)) if edge.length >= LEAST_EDGE_M else 0
-        found += [
-            (
-                *(edge.start + k / count * edge.length * edge.along),
-                *edge.along,
-                *edge.outward,
-                edge.length / count,
-                edge.party,
-            )
-            for k in range(count)
-        ]
-    table = np.array(found, np.float64).reshape(-1, 8)
-    return Pieces(table[:, :2], table[:, 2:4], table[:, 4:6], table[:, 6], table[:, 7] > 0)
-
-
-def _across(pieces: Pieces, k: int, xy: FloatArray) -> FloatArray:
-    """How far outside a piece the points beside it lie, metres."""
-    offset = xy - pieces.start[k]
-    s = offset @ pieces.along[k]
-    return np.asarray((offset @ pieces.outward[k])[(s >= 0) & (s < pieces.length[k])])
-
-
-def _ends_of_roof(pieces: Pieces, xy: FloatArray, density: float) -> FloatArray:
-    """(K, bins) log-likelihood that the roof ends so far outside each piece; 0 where nothing tells."""
-    found = np.zeros((len(pieces.length), len(BINS)))
-    for k in np.flatnonzero(~pieces.party):
-        t = _across(pieces, int(k), xy)
-        area = pieces.length[k] * (INSIDE_M[1] - INSIDE_M[0])
-        inside = np.count_nonzero((t > -INSIDE_M[1]) & (t <= -INSIDE_M[0]))
-        if inside < max(LEAST_INSIDE, LEAST_DENSITY * density * area):
-            continue
-        expected = min(inside / area, 1.5 * density) * pieces.length[k] * (BINS + REACH_M)
-        within = np.searchsorted(np.sort(t[t >= -REACH_M]), BINS)
-        found[k] = within * -math.log(BEYOND) - (1.0 - BEYOND) * expected
-    return found
-
-
-def _walls(pieces: Pieces, xy: FloatArray) -> FloatArray:
-    """(K, bins) log-likelihood that the façade stands so far outside each piece."""
-    found = np.zeros((len(pieces.length), len(BINS)))
-    for k in np.flatnonzero(~pieces.party) if len(xy) else ():
-        found[k] = _of_facade(_across(pieces, int(k), xy))
-    return found
-
-
-def _of_facade(across: FloatArray) -> FloatArray:
-    """(bins,) log-likelihood that a façade stands at each bin, by points so far outside an edge."""
-    t = across[np.abs(across) < REACH_M]
-    bell = np.exp(-0.5 * ((BINS[:, None] - t) / WALL_M) ** 2) / (WALL_M * math.sqrt(2.0 * math.pi))
-    return np.asarray(np.log(WALL_SHARE * 2.0 * REACH_M * bell + 1.0 - WALL_SHARE).sum(axis=1))
-
-
-def _matched_walls(pieces: Pieces, seen: WallPoints) -> FloatArray:
-    """The same by façades that images show: those that face outwards, and as many of a piece's as err independently."""
-    found = np.zeros((len(pieces.length), len(BINS)))
-    for k in np.flatnonzero(~pieces.party) if len(seen) else ():
-        facing = seen.xyz[seen.normal @ pieces.outward[k] > FACING, :2]
-        t = _across(pieces, int(k), facing)
-        count = int(np.count_nonzero(np.abs(t) < REACH_M))
-        if count >= LEAST_MATCHED:
-            found[k] = _of_facade(t) * min(1.0, INDEPENDENT / count)
-    return found
+def placement_of(outline: Polygon, traces: Traces) -> Placement:
+    """How well an outline fits, by what stands along it."""
+    return _expected(outline, traces.pieces, traces.ends, traces.walls) if traces.tell else Placement()
 
 
 def _expected(outline: Polygon, pieces: Pieces, ends: FloatArray, walls: FloatArray) -> Placement:

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Polyhedron
+from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.reconstruction import Evidence
 from cityflow.geometry.outline_distances import distances_to_outline
 from cityflow.geometry.roof_distances import NEAR
@@ -35,12 +36,14 @@ class Surroundings:
     above : (N,) metres above the plane of the nearest roof, which may end before; NaN where there is none
     outside : (N,) metres from the outline; 0 within it, NaN for points off the roof's plane
     roof : (M, 3) the points that the roof explains
+    facades : points of façades that images show, without those that stand as high as the roof: its rim, or a tree
     """
 
     xyz: FloatArray
     above: FloatArray
     outside: FloatArray
     roof: FloatArray
+    facades: WallPoints
 
     @property
     def continuing(self) -> BoolArray:
@@ -58,12 +61,18 @@ def surroundings_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit) -> Surr
     roof, xyz = evidence.points.xyz[fit.explained], evidence.around.xyz
     if not len(roof) or not len(xyz):
         none = np.empty(0)
-        return Surroundings(np.empty((0, 3)), none, none, roof)
-    face = fit.face[fit.explained][cKDTree(roof[:, :2]).query(xyz[:, :2])[1]]
-    above, outside = xyz[:, 2] - planes_at(solid, face, xyz[:, :2]), np.full(len(xyz), np.nan)
+        return Surroundings(np.empty((0, 3)), none, none, roof, joined_walls(()))
+    tree, face = cKDTree(roof[:, :2]), fit.face[fit.explained]
+
+    def above_roof(of: FloatArray) -> FloatArray:
+        return np.asarray(of[:, 2] - planes_at(solid, face[tree.query(of[:, :2])[1]], of[:, :2]))
+
+    above, outside = above_roof(xyz), np.full(len(xyz), np.nan)
     near = np.abs(above) <= NEAR
     outside[near] = distances_to_outline(evidence.outline, xyz[near])
-    return Surroundings(xyz, above, outside, roof)
+    seen = evidence.walls
+    facades = seen.take(above_roof(seen.xyz) < -BELOW_M) if len(seen) else seen
+    return Surroundings(xyz, above, outside, roof, facades)
 
 
 def beside_of(evidence: Evidence, around: Surroundings, density: float) -> float:

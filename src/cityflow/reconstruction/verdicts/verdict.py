@@ -34,7 +34,9 @@ class Judgement:
 NO_MODEL = "no method gave a model"
 MOST_REASONS, LEAST_COST = 3, 0.7
 """So many reasons are told, of those that lower the logit by this much; set by hand."""
-OF_SURVEY_END = frozenset({"unseen", "missed", "misplaced", "beside"})
+LEAST_SOUND = 1e-6
+"""A fault is no surer; rounding."""
+OF_SURVEY_END = frozenset({"unseen", "missed", "misplaced", "astray", "beside"})
 """Figures that say no more than that the survey ends, where it does."""
 
 
@@ -63,12 +65,18 @@ def calibration_of(figures: Figures) -> Calibration:
 
 def probability_of(figures: Figures, model: Logistic) -> float:
     """Estimated probability that as much of the roof is right as the model asks for."""
-    logit = model.base - sum(costs_of(figures, model).values())
-    return 1.0 / (1.0 + math.exp(-min(max(logit, -50.0), 50.0)))
+    logit = model.base - sum(_costs_of_terms(figures, model).values())
+    sound = math.prod(1.0 - getattr(figures, fault) for fault in model.faults)
+    return sound / (1.0 + math.exp(-min(max(logit, -50.0), 50.0)))
 
 
 def costs_of(figures: Figures, model: Logistic) -> dict[str, float]:
-    """By how much each figure lowers the logit."""
+    """By how much each figure lowers the logit, or the logarithm of the probability."""
+    faults = {fault: -math.log(max(1.0 - getattr(figures, fault), LEAST_SOUND)) for fault in model.faults}
+    return {**_costs_of_terms(figures, model), **faults}
+
+
+def _costs_of_terms(figures: Figures, model: Logistic) -> dict[str, float]:
     costs: dict[str, float] = {}
     for figure, scale, weight in model.terms:
         costs[figure] = costs.get(figure, 0.0) + weight * math.log1p(getattr(figures, figure) / scale)
@@ -96,6 +104,7 @@ WORDS: Mapping[str, Callable[[Figures], str]] = {
     "unsure": lambda f: f"{_percent(f.unsure)} of the roof changes when a quarter of the points is left out",
     "missed": lambda f: f"roof edges and façades indicate that outline and roof differ on up to {_percent(f.missed)} of the area",
     "misplaced": lambda f: f"roof edges and façades indicate a displaced outline, with a probability of {_percent(f.misplaced)}",
+    "astray": lambda f: f.worst_side or f"single sides of the outline do not fit the building, with a probability of {_percent(f.astray)}",
     "beside": lambda f: f"the roof continues beyond the outline: {100 * f.beside:.0f} roof points outside for every 100 inside",
     "error_m": lambda f: f"the expected error of the model is {100 * f.error_m:.0f} cm",
     "divided": lambda f: f"the points scatter by {100 * f.noise:.0f} cm, which is much for roof planes of this size",

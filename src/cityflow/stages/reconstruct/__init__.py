@@ -33,7 +33,7 @@ from cityflow.survey.survey import UNREAD, WALL_MARGIN_M, Survey
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = "reconstruct"
-VERSION = 31
+VERSION = 32
 CANDIDATES = "candidates.city.jsonl"
 
 
