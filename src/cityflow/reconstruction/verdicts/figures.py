@@ -18,7 +18,7 @@ from cityflow.reconstruction.verdicts.no_roof import Kind
 from cityflow.reconstruction.verdicts.placement import placement_of
 from cityflow.reconstruction.verdicts.roof_fit import RoofFit
 from cityflow.reconstruction.verdicts.roof_parts import plane_count, slight_share, step_length
-from cityflow.reconstruction.verdicts.sides import sides_of
+from cityflow.reconstruction.verdicts.sides import Sides, sides_of
 from cityflow.reconstruction.verdicts.surroundings import SEEN_M, SEEN_SPACINGS, beside_of, surroundings_of
 from cityflow.reconstruction.verdicts.traces import traces_of
 
@@ -46,7 +46,7 @@ class Figures:
     unsure : of the roof's area, where models from other points differ from this one by more than 20 cm; 0 where there were points enough
     missed : of the roof's area, what the outline misses or adds, by the ends of the roof and by façades, in the mean over what is likely
     misplaced : probability that this is more than a good model can bear
-    astray : probability that single sides of the outline, each by itself, miss or add more than a good model can bear
+    astray : probability that single sides of the outline, each by itself, miss or add more than a good model can bear; of matched surfaces
     beside : points per square metre that go on beyond the outline, by those on the roof
     error_m : metres, what the model claims of itself
     few : one by the root of the number of points on the plane, in the mean over the roof
@@ -109,7 +109,8 @@ def figures_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit, held: HeldBa
     face, own = roof_hits(solid, np.column_stack([places, np.zeros(len(places))]))
     around = surroundings_of(solid, evidence, fit)
     traces = traces_of(evidence, around, fit.density)
-    placement, sides = placement_of(evidence.outline, traces), sides_of(evidence.outline, traces)
+    placement = placement_of(evidence.outline, traces)
+    sides = sides_of(evidence.outline, traces) if evidence.matched else Sides()
     few = _few(solid, face, fit)
     return Figures(
         off=_off(places, xy, fit),

@@ -74,9 +74,9 @@ class Traces:
     ----------
     ends : that the roof ends there
     walls : that the façade stands there
-    ends_seen : as `ends`, by rasters, too: where there is ground inside a piece the roof ends further in; what covers the ground outside, a tree,
-        hides how it goes on, and beyond a gap another building begins
-    walls_seen : as `walls`, but for what stands beyond a gap
+    ends_seen : as `ends`, of matched surfaces by rasters, too: where there is ground inside a piece the roof ends further in; what covers the
+        ground outside, a tree, hides how it goes on, and beyond a gap another building begins
+    walls_seen : as `walls`, of matched surfaces by façades alone that images show, and without what stands beyond a gap
     """
 
     pieces: Pieces
@@ -107,11 +107,10 @@ def traces_of(evidence: Evidence, around: Surroundings, density: float) -> Trace
 
     below = around.xyz[around.below, :2]
     walls = _walls(pieces, below) + _matched_walls(pieces, around.facades, np.full(len(pieces.length), np.inf))
-    if evidence.heights is None:
+    if evidence.heights is None or not evidence.matched:
         return Traces(pieces, ends, walls, ends, walls)
     seen, limit = _seen(pieces, on, density, evidence.heights)
-    walls_seen = _matched_walls(pieces, around.facades, limit)
-    return Traces(pieces, ends, walls, seen, walls_seen if evidence.matched else walls_seen + _walls(pieces, below))
+    return Traces(pieces, ends, walls, seen, _matched_walls(pieces, around.facades, limit))
 
 
 def _pieces_of(evidence: Evidence) -> Pieces:
@@ -147,7 +146,7 @@ def _joined(rows: list[tuple[float, ...]], others: Sequence[LineString] = ()) ->
 
 
 def _is_of_rim(edge: WallEdge, evidence: Evidence) -> bool:
-    known = known_part(edge, evidence.edges)
+    known = known_part(edge, evidence.edges) if evidence.matched else None
     return known is not None and known.source == OF_RIM
 
 
