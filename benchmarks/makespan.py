@@ -11,7 +11,9 @@ drafted, as it was before). Not simulated: transfers, deaths, memory, the report
 Without a RUN, a task takes what its stage states as its cost, times a random factor drawn by its name (logarithmic standard deviation 0.5, mean 1).
 
 Efficiency is the seconds of all tasks, divided by workers times makespan. First model and first export: when the first such task has ended, as a share of
-the makespan. With ``--driver-ms 0`` one sees what the flow itself allows.
+the makespan. With ``--driver-ms 0`` one sees what the flow itself allows. The last chain: from the task that ended last back over those that set each
+other free, stage by stage with the seconds between the end of one and the start of the next, and at work. Idle: of the time that workers have nothing
+to do, what lies before the first model has ended, and in the last minute. A worker is idle only where no task is ready, whatever the order.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ import argparse
 import hashlib
 import heapq
 from collections import Counter, defaultdict, deque
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -44,6 +46,7 @@ from cityflow.survey.area import Area
 
 SPREAD = 0.5
 """Of the stated times, as the standard deviation of their logarithm; set by hand."""
+LAST_S = 60.0
 Times = Mapping[str, NDArray[np.float64]]
 
 
@@ -87,6 +90,9 @@ class Simulation:
     idle: list[float] = field(default_factory=list)
     by_stage: dict[str, float] = field(default_factory=lambda: defaultdict(float))
     first: dict[str, float] = field(default_factory=dict)
+    spans: dict[Node, tuple[float, float]] = field(default_factory=dict)
+    freed_by: dict[Node, Node] = field(default_factory=dict)
+    last: Node = ("", "")
 
     def makespan(self) -> float:
         """Seconds until the last task has ended."""
@@ -108,7 +114,7 @@ class Simulation:
                 self._drive()
                 record = answer(drafts.made(task))
                 drafts.learn(record)
-                ready.add(self.source.after(task, record), rank)
+                ready.add(self._freed(self.source.after(task, record), (task.stage, task.unit)), rank)
             if len(running) + len(waiting) <= limit * REFILL_BELOW:
                 while len(running) + len(waiting) < limit and len(at_work) < AHEAD * limit:
                     if (found := ready.next()) is None:
@@ -127,6 +133,7 @@ class Simulation:
                 rank, task = waiting.next(start)
                 spent = seconds_of(task, self.times)
                 heapq.heappush(running, (start + spent, count := count + 1, task, rank))
+                self.spans[task.stage, task.unit] = start, start + spent
                 self.work, self.tasks = self.work + spent, self.tasks + 1
                 self.by_stage[task.stage] += spent
             if not running:
@@ -136,11 +143,41 @@ class Simulation:
             self.driver_free = max(self.driver_free, now)
             self.first.setdefault(task.stage, now)
             at_work.discard(node := (task.stage, task.unit))
+            self.last = node
             for submitted, of, free in behind.pop(node, []):
                 awaits[free.stage, free.unit] -= 1
                 if not awaits[free.stage, free.unit]:
+                    self.freed_by[free.stage, free.unit] = node
                     waiting.add(max(now, submitted), of, free)
             ended.append((task, rank))
+
+    def _freed(self, tasks: Iterable[Task], by: Node) -> Iterator[Task]:
+        for task in tasks:
+            self.freed_by[task.stage, task.unit] = by
+            yield task
+
+    def last_chain(self) -> str:
+        """Stage by stage: seconds before a start and at work, of the chain that ended last."""
+        told, node = [], self.last
+        while True:
+            start, end = self.spans[node]
+            before = self.freed_by.get(node)
+            told.append(f"{node[0]} {start - (self.spans[before][1] if before else 0.0):.1f} + {end - start:.1f}")
+            if before is None:
+                return ", ".join(reversed(told))
+            node = before
+
+    def idle_share(self, span: float) -> tuple[float, float]:
+        """Shares of the idle time before the first model has ended, and in the last minute."""
+        begun, ended = np.array(list(self.spans.values())).T
+        model, end = self.first["reconstruct"], span - LAST_S
+
+        def idle(since: float, until: float) -> float:
+            at_work = np.clip(np.minimum(ended, until) - np.maximum(begun, since), 0.0, None).sum()
+            return self.workers * (until - since) - float(at_work)
+
+        whole = idle(0.0, span)
+        return idle(0.0, model) / whole, idle(max(end, model), span) / whole
 
     def _drive(self) -> float:
         """When the driver is through with one more task."""
@@ -220,6 +257,9 @@ def main() -> None:
             f"{100 * made.first['reconstruct'] / span:10.1f} % {100 * made.first['export'] / span:10.1f} %",
             flush=True,
         )
+        head, tail = made.idle_share(span)
+        print(f"         idle before the first model {100 * head:.0f} %, in the last minute {100 * tail:.0f} %")
+        print(f"         the last chain, s before + at work: {made.last_chain()}", flush=True)
     print(f"{made.tasks} tasks, {made.work / 3600:.1f} core-hours: " + ", ".join(
         f"{stage} {100 * s / made.work:.1f} %" for stage, s in sorted(made.by_stage.items(), key=lambda item: -item[1])
     ))  # fmt: skip
