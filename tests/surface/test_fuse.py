@@ -78,7 +78,7 @@ def test_tiling_does_not_matter() -> None:
 
 def test_strips_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = fuse(points(), GRID)
-    monkeypatch.setattr("cityflow.surface.fuse.STRIP_ROWS", 37)
+    monkeypatch.setattr("cityflow.surface.fuse.STRIP_CELLS", 37 * GRID.cols)
     assert fuse(points(), GRID).dsm.tobytes() == whole.dsm.tobytes()
 
 

@@ -229,8 +229,7 @@ def test_bands_and_depth_of_colour(bands: int) -> None:
 
 def test_points_may_be_read_strip_by_strip(monkeypatch: pytest.MonkeyPatch) -> None:
     whole, read = surface(), []
-    monkeypatch.setattr("cityflow.surface.fuse.STRIP_ROWS", 40)
-    monkeypatch.setattr("cityflow.surface.fused_tile.STRIP_ROWS", 75)
+    monkeypatch.setattr("cityflow.surface.fuse.STRIP_CELLS", 15_000)
 
     def source(bounds: Bounds) -> ImagePoints:
         x, y = points().xyz[:, 0], points().xyz[:, 1]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray, numbers_of
 from cityflow.core.camera import OrientedImage
-from cityflow.core.grid import Box
+from cityflow.core.grid import Bounds, Box
 from cityflow.core.kernels import njit
 
 
@@ -92,6 +92,21 @@ def _box(xyz):  # type: ignore[no-untyped-def]
         x_0, y_0, z_0 = min(x, x_0), min(y, y_0), min(z, z_0)
         x_1, y_1, z_1 = max(x, x_1), max(y, y_1), max(z, z_1)
     return x_0, y_0, z_0, x_1, y_1, z_1
+
+
+def numbers_within(xyz: FloatArray, bounds: Bounds) -> IntArray:
+    """(M,) numbers of the points (N, 3) that stand in half-open `bounds`."""
+    return np.asarray(_numbers_within(xyz, bounds))
+
+
+@njit(cache=True, nogil=True)
+def _numbers_within(xyz, bounds):  # type: ignore[no-untyped-def]
+    found, n = np.empty(len(xyz), np.int64), 0
+    for i in range(len(xyz)):
+        x, y = xyz[i, 0], xyz[i, 1]
+        found[n] = i
+        n += (x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3])
+    return found[:n]
 
 
 def points_of(depth_map: DepthMap, image: OrientedImage) -> ImagePoints:

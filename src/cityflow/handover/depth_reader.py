@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, ByteArray, FloatArray
-from cityflow.core.depth_map import DepthMap, ImagePoints, joined, points_of
+from cityflow.core.depth_map import DepthMap, ImagePoints, joined, numbers_within, points_of
 from cityflow.core.grid import Bounds, Box, bounds_meet, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.flow.store import Store
@@ -89,7 +89,7 @@ class PointReader:
         for name in self._maps:
             if name in self._extent and not bounds_meet(self._extent[name], grown(bounds, ROUNDED_M)):
                 continue
-            parts.append(_standing(self._points(name), bounds))
+            parts.append(standing(self._points(name), bounds))
         return joined(parts, self._bands)
 
     def box(self, name: str) -> Box:
@@ -139,7 +139,7 @@ def compared(store: Store, given: DepthInputs, around: Bounds) -> Compared:
 
     def read(path: str) -> ImagePoints:
         depth_map = without_refuted(decode_depth_map(store.read_bytes(path)), votes[path][1])
-        return _standing(points_of(depth_map, images[depth_map.image]), around)
+        return standing(points_of(depth_map, images[depth_map.image]), around)
 
     # most maps of tiles farther off are witnesses only
     wanted = [path for path in given.maps if votes[path][1].any()]
@@ -170,7 +170,7 @@ def checked_points(
     def read(path: str) -> ImagePoints:
         depth_map, (place, name) = decode_depth_map(store.read_bytes(path), colour=colour), places[path]
         points = points_of(without_refuted(depth_map, found[place][name]), images[name])
-        return _standing(points if frame is None else points.rotated(frame.frame_from_world, frame.origin), bounds)
+        return standing(points if frame is None else points.rotated(frame.frame_from_world, frame.origin), bounds)
 
     return PointReader(list(places), read, given.bands if colour else 0, extents)
 
@@ -181,6 +181,7 @@ def within(xyz: FloatArray, bounds: Bounds) -> BoolArray:
     return np.asarray((x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3]))
 
 
-def _standing(points: ImagePoints, bounds: Bounds) -> ImagePoints:
-    here = within(points.xyz, bounds)
-    return points if here.all() else points.take(here)
+def standing(points: ImagePoints, bounds: Bounds) -> ImagePoints:
+    """Those of the points that stand in `bounds`, half-open."""
+    here = numbers_within(points.xyz, bounds)
+    return points if len(here) == len(points) else points.take(here)

@@ -20,7 +20,7 @@ from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.colour_images import ColourInputs
-from cityflow.handover.depth_reader import CheckedInputs, checked_boxes, checked_points, within
+from cityflow.handover.depth_reader import CheckedInputs, checked_boxes, checked_points, standing, within
 from cityflow.handover.field_types import FrameField
 from cityflow.handover.fused import UNMATCHED
 from cityflow.handover.layer_files import store_layers, store_ortho
@@ -181,7 +181,7 @@ def _in_frame(
         return points.take(here), least_m
     heights = points.xyz @ frame.frame_from_world[:, 2] + frame.origin[2]
     reach_m = min(reach(float(heights[here].min()), float(heights.max())), reach_m)
-    return points.take(within(points.xyz, grown(given.bounds, reach_m + cell_m))), reach_m
+    return standing(points, grown(given.bounds, reach_m + cell_m)), reach_m
 
 
 def _layers(fused: Fused, surface: Float32Array, part: tuple[slice, slice]) -> dict[str, np.ndarray]:

@@ -23,8 +23,8 @@ from cityflow.surface.fuse_fill import fill_from_below
 from cityflow.surface.fuse_modes import ModeRule, modes, modes_again, modes_instead
 from cityflow.surface.fuse_planes import again_on_planes, on_planes, without_specks
 
-STRIP_ROWS = 1024
-"""Rows at a time; bounds memory, no result depends on it."""
+STRIP_CELLS = 3_200_000
+"""Cells at a time, but for those around a strip; bounds memory, no result depends on it."""
 
 PointSource = ImagePoints | Callable[[Bounds], ImagePoints]
 """Points, or who reads those within bounds (more do no harm): then no more than a strip of them is in memory."""
@@ -115,14 +115,20 @@ def fuse(points: PointSource, grid: Grid, parameters: FuseParameters | None = No
     p = parameters or FuseParameters()
     dsm, sigma = np.full(grid.shape, np.nan, np.float32), np.full(grid.shape, np.nan, np.float32)
     count = np.zeros(grid.shape, np.uint32)
-    for first in range(0, grid.rows, STRIP_ROWS):
-        last = min(first + STRIP_ROWS, grid.rows)
+    rows = strip_rows(grid)
+    for first in range(0, grid.rows, rows):
+        last = min(first + rows, grid.rows)
         low, high = max(first - p.halo_cells, 0), min(last + p.halo_cells, grid.rows)
         strip = Grid(grid.x_min, grid.y_max - low * grid.cell, grid.cell, high - low, grid.cols)
         part = _fused_strip(points_within(points, _grown(strip)), strip, p)
         inner = slice(first - low, last - low)
         dsm[first:last], count[first:last], sigma[first:last] = part.dsm[inner], part.count[inner], part.sigma[inner]
     return Fused(grid, dsm, count, sigma)
+
+
+def strip_rows(grid: Grid) -> int:
+    """Rows of a strip over a grid."""
+    return max(STRIP_CELLS // grid.cols, 1)
 
 
 def _grown(grid: Grid) -> Bounds:

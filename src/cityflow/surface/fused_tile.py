@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.arrays import Float32Array
 from cityflow.core.grid import Bounds, Grid
-from cityflow.surface.fuse import STRIP_ROWS, Fused, FuseParameters, PointSource, fill_steps, fuse, points_within
+from cityflow.surface.fuse import Fused, FuseParameters, PointSource, fill_steps, fuse, points_within, strip_rows
 from cityflow.surface.overview import surface_colour
 
 COLOUR_REACH_CELLS = 3.0
@@ -103,7 +103,7 @@ def _lay(tile: FusedTile, whole: FusedTile) -> None:
 def _colour(points: PointSource, fused: Fused, factor: int) -> Float32Array:
     """Colour of the surface on the working grid, strip by strip."""
     grid, parts = fused.grid, []
-    rows = max(STRIP_ROWS // factor, 1) * factor
+    rows = max(strip_rows(grid) // factor, 1) * factor
     for first in range(0, grid.rows, rows):
         last = min(first + rows, grid.rows)
         strip = Grid(grid.x_min, grid.y_max - first * grid.cell, grid.cell, last - first, grid.cols)

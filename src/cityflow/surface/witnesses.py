@@ -16,7 +16,7 @@ from pydantic import Field
 
 from cityflow.core.arrays import ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
-from cityflow.core.depth_map import DepthMap, world_points
+from cityflow.core.depth_map import DepthMap, numbers_within, world_points
 from cityflow.core.grid import Bounds
 from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
@@ -152,9 +152,8 @@ def _words(
 
 def _points(own: Witness, around: Bounds) -> _Asked:
     pixel, xyz = world_points(own.depth, (own.row, own.col), own.image)
-    x_min, y_min, x_max, y_max = around
-    inside = (xyz[:, 0] >= x_min) & (xyz[:, 0] < x_max) & (xyz[:, 1] >= y_min) & (xyz[:, 1] < y_max)
-    pixel, xyz = pixel[inside], xyz[inside]
+    inside = numbers_within(xyz, around)
+    pixel, xyz = pixel.take(inside), xyz.take(inside, axis=0)
     return _Asked(pixel, xyz, own.sigma.ravel()[pixel], run_boxes(xyz))
 
 
