@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from cityflow.core.camera import Camera, OrientedImage
-from cityflow.core.depth_map import DepthMap, ImagePoints, joined, points_of
+from cityflow.core.depth_map import DepthMap, ImagePoints, joined, numbers_within, points_of, standing_points
+from cityflow.core.local_frame import LocalFrame
 
 CAMERA = Camera(100, 80, 200.0, 200.0, 50.0, 40.0)
 IMAGE = OrientedImage("a", CAMERA, np.diag([1.0, -1.0, -1.0]), np.array([10.0, 20.0, 100.0]))
@@ -43,6 +44,31 @@ def test_points_are_projected_to_the_middles_of_their_pixels_with_distortion_too
 def test_a_map_without_depths_has_no_points() -> None:
     empty = replace(depth_map(), depth=np.full((3, 2), np.nan, np.float32))
     assert len(points_of(empty, IMAGE)) == 0
+
+
+@pytest.mark.parametrize("distortion", [(), (-0.1, 0.01, 1e-3, 1e-3)])
+@pytest.mark.parametrize("is_tilted", [False, True])
+def test_points_that_stand_within_bounds_are_those_of_all_bit_for_bit(
+    distortion: tuple[float, ...], is_tilted: bool
+) -> None:
+    rng = np.random.default_rng(3)
+    image = replace(IMAGE, camera=replace(CAMERA, distortion=distortion), centre=np.array([85010.0, 447020.0, 100.0]))
+    depth = np.where(rng.random((60, 70)) < 0.2, np.nan, rng.uniform(70, 90, (60, 70))).astype(np.float32)
+    votes = rng.integers(0, 4, depth.shape).astype(np.uint8)
+    found = DepthMap(
+        "a", 7, 11, depth, rng.random(depth.shape, np.float32), votes, rng.integers(0, 255, (60, 70, 3), np.uint8)
+    )
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    frame = LocalFrame("tilted", turn, np.array([85000.0, 447000.0, 0.0])) if is_tilted else None
+    whole = points_of(replace(found, depth=np.where(votes > 0, depth, np.float32(np.nan))), image)
+    whole = whole if frame is None else whole.rotated(frame.frame_from_world, frame.origin)
+    low, high = np.quantile(whole.xyz[:, :2], (0.1, 0.8), axis=0)
+    bounds = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+    here = numbers_within(whole.xyz, bounds)
+    assert 500 < len(here) < len(whole)
+    points, expected = standing_points(found, votes, image, bounds, frame), whole.take(here)
+    for name in ("xyz", "colour", "image", "views", "sigma", "centres"):
+        assert getattr(points, name).tobytes() == getattr(expected, name).tobytes(), name
 
 
 def named(*names: str, offset: float = 0.0) -> ImagePoints:

@@ -6,12 +6,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray, numbers_of
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds, Box
 from cityflow.core.kernels import njit
+from cityflow.core.local_frame import LocalFrame
+
+IN_WORLD = LocalFrame("world", np.eye(3), np.zeros(3))
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +99,72 @@ def _box(xyz):  # type: ignore[no-untyped-def]
         x_0, y_0, z_0 = min(x, x_0), min(y, y_0), min(z, z_0)
         x_1, y_1, z_1 = max(x, x_1), max(y, y_1), max(z, z_1)
     return x_0, y_0, z_0, x_1, y_1, z_1
+
+
+def standing_points(
+    depth_map: DepthMap, votes: ByteArray, image: OrientedImage, bounds: Bounds, frame: LocalFrame | None = None
+) -> ImagePoints:
+    """The pixels with votes (h, w) as points with these as `views`, where they stand in half-open `bounds`; with a frame, points and bounds are in it.
+
+    In one pass, with the numbers of `points_of` and `ImagePoints.rotated`.
+    """
+    camera, turned = image.camera, frame or IN_WORLD
+    corner = float(depth_map.row) + 0.5, float(depth_map.col) + 0.5
+    if camera.is_pinhole:
+        lens = 1.0 / camera.fx, 1.0 / camera.fy, camera.cx, camera.cy
+        pose, axes = (image.rotation, image.centre), (turned.frame_from_world, turned.origin, frame is not None)
+        pixel, xyz = _standing_by_pinhole(depth_map.depth, votes, corner, lens, pose, axes, bounds)
+    else:
+        voted = np.where(votes > 0, depth_map.depth, np.float32(np.nan))
+        pixel, xyz = world_points(voted, (depth_map.row, depth_map.col), image)
+        xyz = xyz if frame is None else frame.from_world(xyz)
+        here = numbers_within(xyz, bounds)
+        pixel, xyz = pixel.take(here), xyz.take(here, axis=0)
+    centre = image.centre[None, :]
+    bands = depth_map.colour.shape[-1]
+    colour = depth_map.colour.reshape(-1, bands).take(pixel, axis=0) if bands else np.empty((len(xyz), 0), np.uint8)
+    return ImagePoints(
+        xyz, colour, np.zeros(len(xyz), np.int64), votes.take(pixel), depth_map.sigma.take(pixel), (image.name,),
+        centre if frame is None else frame.from_world(centre),
+    )  # fmt: skip
+
+
+@intrinsic
+def _fused(_typing, _a, _b, _c):  # type: ignore[no-untyped-def]
+    """a · b + c, rounded once: so a product of matrices is summed by libraries for linear algebra."""
+
+    def generate(_context, builder, _signature, args):  # type: ignore[no-untyped-def]
+        number = ir.DoubleType()
+        kind = ir.FunctionType(number, [number, number, number])
+        return builder.call(cgutils.get_or_insert_function(builder.module, kind, "llvm.fma.f64"), args)
+
+    return types.float64(types.float64, types.float64, types.float64), generate
+
+
+@njit(cache=True, nogil=True)
+def _standing_by_pinhole(depth, votes, place, lens, pose, axes, bounds):  # type: ignore[no-untyped-def]
+    (rotation, centre), (turn, origin, is_turned) = pose, axes
+    rows, cols = depth.shape
+    most = 0
+    for r in range(rows):
+        for c in range(cols):
+            most += votes[r, c] > 0
+    # one more is written and left
+    pixel, out, n, at = np.empty(most + 1, np.int64), np.empty((most + 1, 3)), 0, np.empty(3)
+    for r in range(rows):
+        y = (r + place[0] - lens[3]) * lens[1]
+        for c in range(cols):
+            if votes[r, c] == 0 or not np.isfinite(depth[r, c]):
+                continue
+            x = (c + place[1] - lens[2]) * lens[0]
+            _place(at, np.float64(depth[r, c]), x, y, rotation, centre)
+            if is_turned:
+                e, f, g = at[0] - origin[0], at[1] - origin[1], at[2] - origin[2]
+                for k in range(3):
+                    at[k] = _fused(g, turn[k, 2], _fused(f, turn[k, 1], e * turn[k, 0]))
+            pixel[n], out[n, 0], out[n, 1], out[n, 2] = r * cols + c, at[0], at[1], at[2]
+            n += (at[0] >= bounds[0]) & (at[0] < bounds[2]) & (at[1] >= bounds[1]) & (at[1] < bounds[3])
+    return pixel[:n].copy(), out[:n].copy()
 
 
 def numbers_within(xyz: FloatArray, bounds: Bounds) -> IntArray:

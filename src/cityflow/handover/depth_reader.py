@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, ByteArray, FloatArray
-from cityflow.core.depth_map import DepthMap, ImagePoints, joined, numbers_within, points_of
+from cityflow.core.depth_map import DepthMap, ImagePoints, joined, numbers_within, standing_points
 from cityflow.core.grid import Bounds, Box, bounds_meet, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.flow.store import Store
@@ -17,7 +17,7 @@ from cityflow.flow.typed import TaskInputs
 from cityflow.handover.depth_map_files import decode_depth_map
 from cityflow.handover.field_types import OrientedField
 from cityflow.handover.vote_files import decode_boxes, decode_votes
-from cityflow.surface.witnesses import Witness, WitnessParameters, without_refuted, words_for
+from cityflow.surface.witnesses import Witness, WitnessParameters, words_for
 
 VERSION = 3
 """Of what is refuted; a change of how the votes are read is one of the stages that read them."""
@@ -138,8 +138,8 @@ def compared(store: Store, given: DepthInputs, around: Bounds) -> Compared:
     votes = {path: (m.image, words[m.image].over(m)) for path, m in maps.items()}
 
     def read(path: str) -> ImagePoints:
-        depth_map = without_refuted(decode_depth_map(store.read_bytes(path)), votes[path][1])
-        return standing(points_of(depth_map, images[depth_map.image]), around)
+        depth_map = decode_depth_map(store.read_bytes(path))
+        return standing_points(depth_map, votes[path][1], images[depth_map.image], around)
 
     # most maps of tiles farther off are witnesses only
     wanted = [path for path in given.maps if votes[path][1].any()]
@@ -169,8 +169,7 @@ def checked_points(
 
     def read(path: str) -> ImagePoints:
         depth_map, (place, name) = decode_depth_map(store.read_bytes(path), colour=colour), places[path]
-        points = points_of(without_refuted(depth_map, found[place][name]), images[name])
-        return standing(points if frame is None else points.rotated(frame.frame_from_world, frame.origin), bounds)
+        return standing_points(depth_map, found[place][name], images[name], bounds, frame)
 
     return PointReader(list(places), read, given.bands if colour else 0, extents)
 

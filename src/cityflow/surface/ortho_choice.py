@@ -140,7 +140,7 @@ def choose(xs, ys, heights, cameras, obstacles, limits, choice):  # type: ignore
                 _fill_cell((r, c), (xs[c], ys[r], heights[r, c]), cameras, obstacles, limits, looks, choice)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _fill_cell(place, cell, cameras, obstacles, limits, looks, out):  # type: ignore[no-untyped-def]
     """Images in order of cost; only those that would mix are looked at from."""
     (r, c), (x, y, z) = place, cell

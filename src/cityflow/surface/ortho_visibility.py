@@ -149,7 +149,7 @@ def block_maxima(grid: Grid, heights: Float32Array, factor: int) -> BlockingSurf
     return BlockingSurface(wide, np.where(most > LOWEST, most, np.float32(np.nan)))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def is_hidden(obstacles, x, y, z, dx, dy, dz):  # type: ignore[no-untyped-def]
     """Whether the ray from (x, y, z) along (dx, dy, dz), upwards, runs below the surface; metres from the obstacles' origin."""
     flat = np.sqrt(dx * dx + dy * dy)

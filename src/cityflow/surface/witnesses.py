@@ -9,7 +9,7 @@ stands in front of a point only hides it and says nothing.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from pydantic import Field
@@ -127,13 +127,6 @@ def words_for(witnesses: Sequence[Witness], around: Bounds, parameters: WitnessP
     views = [view_of(w.image, (w.row, w.col), w.depth.shape) for w in witnesses]
     found = ((w, _points(w, around)) for w in witnesses)
     return {w.image.name: Words(w.row, w.col, _words(w, points, witnesses, views, parameters)) for w, points in found}
-
-
-def without_refuted(depth_map: DepthMap, words: ByteArray) -> DepthMap:
-    """The depth map with the (h, w) words for each depth as `views`, and no depth where there are none."""
-    kept = np.isfinite(depth_map.depth) & (words > 0)
-    depth, sigma = (np.where(kept, v, np.float32(np.nan)) for v in (depth_map.depth, depth_map.sigma))
-    return replace(depth_map, depth=depth, sigma=sigma, views=np.where(kept, words, np.uint8(0)))
 
 
 def _words(

@@ -12,6 +12,7 @@ from pyproj import CRS
 
 from cityflow.core.arrays import ByteArray
 from cityflow.core.depth_map import ImagePoints
+from cityflow.core.kernels import njit
 from cityflow.io.points.las_header import BACKEND
 from cityflow.io.points.las_write import FIXED_DATE, SOFTWARE
 
@@ -41,7 +42,7 @@ def write_image_points(
     """
     four = points.colour.ndim == 2 and points.colour.shape[1] == 4
     header = laspy.LasHeader(point_format=RGB_NIR if four else RGB, version="1.4")
-    low = points.xyz.min(axis=0) if len(points) else np.zeros(3)
+    low = np.array(points.box[:3]) if len(points) else np.zeros(3)
     header.scales, header.offsets = np.full(3, SCALE_M), np.floor(low)
     header.creation_date = created
     header.generating_software, header.system_identifier = SOFTWARE, SOFTWARE
@@ -58,8 +59,7 @@ def write_image_points(
 
 def _records(points: ImagePoints, classes: ByteArray, header: laspy.LasHeader) -> laspy.ScaleAwarePointRecord:
     records = laspy.ScaleAwarePointRecord.zeros(len(points), header=header)
-    counts = np.rint((points.xyz - header.offsets) / SCALE_M).astype(np.int32)
-    records.X, records.Y, records.Z = counts.T
+    records.X, records.Y, records.Z = _counts(points.xyz, header.offsets, SCALE_M)
     records.classification = classes
     records.return_number[:] = 1
     records.number_of_returns[:] = 1
@@ -72,3 +72,13 @@ def _records(points: ImagePoints, classes: ByteArray, header: laspy.LasHeader) -
     if bands.shape[1] == 4:
         records.nir = bands[:, 3]
     return records
+
+
+@njit(cache=True, nogil=True)
+def _counts(xyz, offsets, scale):  # type: ignore[no-untyped-def]
+    """(3, N) int32 whole steps of `scale` from the offsets."""
+    out = np.empty((3, len(xyz)), np.int32)
+    for i in range(len(xyz)):
+        for k in range(3):
+            out[k, i] = np.rint((xyz[i, k] - offsets[k]) / scale)
+    return out
