@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from cityflow.core.arrays import FloatArray
-from cityflow.core.building import VERTEX_DECIMALS, Face, Polyhedron, Semantic
+from cityflow.core.building import VERTEX_DECIMALS, Polyhedron, Semantic
 from cityflow.reconstruction.overhangs.roof_plan import RoofPlan, UnfitRoof
+from cityflow.reconstruction.solids.corner_faces import CornerFace, Place, leaves_line, numbered
 from cityflow.reconstruction.solids.ring_tracing import Edge, group_rings, trace_rings
 from cityflow.reconstruction.solids.wall_merging import Corner, Wall, merge_walls
 
@@ -17,15 +15,6 @@ TIED_M, TIED_OUTSIDE_M = 0.004, 0.015
 
 STRAIGHT_M = 5e-4
 """A corner of two faces only that lies this near to the line between its neighbours is left out."""
-
-
-@dataclass(frozen=True, slots=True)
-class _CornerFace:
-    """A face whose rings are corners: plan vertex and level."""
-
-    rings: tuple[tuple[Corner, ...], ...]
-    semantic: Semantic
-    plane: int = -1
 
 
 class LayeredSolid:
@@ -55,9 +44,9 @@ class LayeredSolid:
         """Of the solid only the cells beyond the walls: roofs in the planes of theirs, rims, undersides; open where the walls are."""
         return self._numbered(self._faces(frozenset(k for k, c in enumerate(self.plan.cells) if not c.inside)))
 
-    def _faces(self, cells: frozenset[int]) -> list[_CornerFace]:
+    def _faces(self, cells: frozenset[int]) -> list[CornerFace]:
         walls = merge_walls(self._walls(cells), np.asarray(self.plan.xy, np.float64))
-        rims = [_CornerFace((ring,), Semantic.WALL) for ring in walls]
+        rims = [CornerFace((ring,), Semantic.WALL) for ring in walls]
         return [*self._roofs(cells), *rims, *self._undersides(cells)]
 
     def _find_levels(self) -> None:
@@ -85,21 +74,21 @@ class LayeredSolid:
                 self.floor_level[vertex] = 0
                 self.levels[vertex][0] = self.plan.floor
 
-    def _roofs(self, cells: frozenset[int]) -> list[_CornerFace]:
+    def _roofs(self, cells: frozenset[int]) -> list[CornerFace]:
         faces = []
         for number, face in enumerate(self.plan.faces):
             own = [k for k, cell in enumerate(self.plan.cells) if k in cells and cell.face == number]
             for rings in self._united(own, self.top):
-                faces.append(_CornerFace(rings, Semantic.ROOF, face.plane))
+                faces.append(CornerFace(rings, Semantic.ROOF, face.plane))
         return faces
 
-    def _undersides(self, cells: frozenset[int]) -> list[_CornerFace]:
+    def _undersides(self, cells: frozenset[int]) -> list[CornerFace]:
         faces = []
         for number in range(len(self.plan.faces)):
             own = [k for k, c in enumerate(self.plan.cells) if k in cells and c.face == number and not c.inside]
             for rings in self._united(own, self.bottom):
                 turned = tuple(ring[::-1] for ring in rings)
-                faces.append(_CornerFace(turned, Semantic.OUTER_CEILING))
+                faces.append(CornerFace(turned, Semantic.OUTER_CEILING))
         return faces
 
     def _united(self, cells: list[int], level: dict[tuple[int, int], int]) -> list[tuple[tuple[Corner, ...], ...]]:
@@ -169,40 +158,25 @@ class LayeredSolid:
                     break
         return found
 
-    def _ground(self) -> list[_CornerFace]:
+    def _ground(self) -> list[CornerFace]:
         xy = self.plan.xy
         parts = group_rings(trace_rings(list(self.plan.border()), xy), xy)
         return [
-            _CornerFace(tuple(tuple((v, 0) for v in reversed(ring)) for ring in part), Semantic.GROUND)
-            for part in parts
+            CornerFace(tuple(tuple((v, 0) for v in reversed(ring)) for ring in part), Semantic.GROUND) for part in parts
         ]
 
-    def _position(self, corner: Corner, xy: FloatArray) -> tuple[float, float, float]:
+    def _numbered(self, faces: list[CornerFace]) -> Polyhedron:
+        made = numbered(faces, self._position, self._is_needed)
+        return Polyhedron(made.vertices, tuple(face for face in made.faces if len(face.rings[0]) > 2))
+
+    def _position(self, corner: Corner) -> Place:
         vertex, level = corner
         on_floor = self.floor_level.get(vertex) == level
         z = self.plan.floor if on_floor else round(self.levels[vertex][level], VERTEX_DECIMALS)
-        return float(xy[vertex, 0]), float(xy[vertex, 1]), z
+        x, y = self.plan.xy[vertex]
+        return float(x), float(y), z
 
-    def _numbered(self, faces: list[_CornerFace]) -> Polyhedron:
-        """Faces over corners become faces over vertex numbers; corners within a straight edge are left out."""
-        xy = np.asarray(self.plan.xy, np.float64)
-        ends: dict[Corner, set[Corner]] = {}
-        for ring in (ring for face in faces for ring in face.rings):
-            for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
-                ends.setdefault(a, set()).add(b)
-                ends.setdefault(b, set()).add(a)
-        kept = [corner for corner in sorted(ends) if self._is_needed(corner, ends[corner], xy)]
-        index = {corner: k for k, corner in enumerate(kept)}
-        numbered = []
-        for face in faces:
-            rings = tuple(tuple(index[c] for c in ring if c in index) for ring in face.rings)
-            if len(rings[0]) > 2:
-                numbered.append(Face(rings, face.semantic, face.plane))
-        return Polyhedron(np.array([self._position(corner, xy) for corner in kept]), tuple(numbered))
-
-    def _is_needed(self, corner: Corner, around: set[Corner], xy: FloatArray) -> bool:
+    def _is_needed(self, corner: Corner, around: set[Corner]) -> bool:
         if (corner[0] in self.plan.corners and corner[1] == 0) or len(around) != 2:
             return True
-        here, a, b = (np.array(self._position(c, xy)) for c in (corner, *sorted(around)))
-        line = b - a
-        return bool(np.linalg.norm(np.cross(here - a, line)) > STRAIGHT_M * np.linalg.norm(line))
+        return leaves_line(self._position(corner), [self._position(c) for c in sorted(around)], STRAIGHT_M)

@@ -14,9 +14,10 @@ import numpy as np
 from shapely import Polygon, get_coordinates
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import VERTEX_DECIMALS, Face, Polyhedron, Semantic
+from cityflow.core.building import VERTEX_DECIMALS, Polyhedron, Semantic
 from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.partition.subdivision import Subdivision
+from cityflow.reconstruction.solids.corner_faces import CornerFace, numbered
 from cityflow.reconstruction.solids.corner_heights import OUTSIDE, CornerHeights
 from cityflow.reconstruction.solids.ring_tracing import group_rings, trace_rings
 from cityflow.reconstruction.solids.touching_rings import pulled_apart
@@ -96,15 +97,6 @@ def _above_floor(division: Subdivision, cell: int, plane: FloatArray, floor: flo
 
 
 @dataclass(frozen=True, slots=True)
-class _CornerFace:
-    """A face whose rings are corners: plan vertex and level."""
-
-    rings: tuple[tuple[Corner, ...], ...]
-    semantic: Semantic
-    plane: int = -1
-
-
-@dataclass(frozen=True, slots=True)
 class _Shell:
     """Faces over a subdivision whose corners have heights."""
 
@@ -117,16 +109,16 @@ class _Shell:
     def polyhedron(self) -> Polyhedron:
         level, cells = self.heights.level, self.heights.division.cells
         faces = [
-            _CornerFace(
+            CornerFace(
                 tuple(tuple((v, level[v, cell]) for v in ring) for ring in rings),
                 Semantic.ROOF,
                 self.plane_numbers.get(tuple(map(float, self.heights.planes[cell])), -1),
             )
             for cell, rings in sorted(cells.items())
         ]
-        faces += [_CornerFace((ring,), Semantic.WALL) for ring in merge_walls(self._walls(), self.world_xy)]
-        faces += [_CornerFace(rings, Semantic.GROUND) for rings in self._ground()]
-        return self._numbered(faces)
+        faces += [CornerFace((ring,), Semantic.WALL) for ring in merge_walls(self._walls(), self.world_xy)]
+        faces += [CornerFace(rings, Semantic.GROUND) for rings in self._ground()]
+        return numbered(faces, self._position, self._is_needed)
 
     def _position(self, corner: Corner) -> tuple[float, float, float]:
         vertex, level = corner
@@ -156,21 +148,6 @@ class _Shell:
         up = [(v, k) for k in range(level[v, low], level[v, high] + 1)]
         down = [(u, k) for k in range(level[u, high], level[u, low] - 1, -1)]
         return (*up, *down)
-
-    def _numbered(self, faces: list[_CornerFace]) -> Polyhedron:
-        """Faces over corners become faces over vertex numbers; corners within a straight edge are left out."""
-        ends: dict[Corner, set[Corner]] = {}
-        for ring in (ring for face in faces for ring in face.rings):
-            for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
-                ends.setdefault(a, set()).add(b)
-                ends.setdefault(b, set()).add(a)
-        kept = [corner for corner in sorted(ends) if self._is_needed(corner, ends[corner])]
-        index = {corner: k for k, corner in enumerate(kept)}
-        numbered = tuple(
-            Face(tuple(tuple(index[c] for c in ring if c in index) for ring in f.rings), f.semantic, f.plane)
-            for f in faces
-        )
-        return Polyhedron(np.array([self._position(corner) for corner in kept]), numbered)
 
     def _is_needed(self, corner: Corner, around: set[Corner]) -> bool:
         if corner[0] < self.heights.division.fixed or len(around) != 2:

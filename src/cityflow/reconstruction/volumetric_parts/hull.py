@@ -14,8 +14,9 @@ import numpy as np
 from shapely import Polygon, get_coordinates
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import VERTEX_DECIMALS, Face, Polyhedron, Semantic
+from cityflow.core.building import VERTEX_DECIMALS, Polyhedron, Semantic
 from cityflow.reconstruction.partition.subdivision import MIN_EDGE, Subdivision
+from cityflow.reconstruction.solids.corner_faces import CornerFace, leaves_line, numbered
 from cityflow.reconstruction.solids.corner_heights import tied_groups
 from cityflow.reconstruction.solids.ring_tracing import Edge, group_rings, ring_edges, trace_rings
 from cityflow.reconstruction.solids.touching_rings import pulled_apart
@@ -27,7 +28,7 @@ Sheet = tuple[int, int]
 BOTTOM, TOP = 1, 2
 FLOOR_SHEET: Sheet = (0, -1)
 STRAIGHT = 5e-4
-"""Vertices so little off a line, as a share of its length, lie on it; rounding."""
+"""Vertices so little off a line (m) lie on it; rounding."""
 
 
 class HullLevels:
@@ -157,19 +158,19 @@ class _Hull:
     floor: float
 
     def polyhedron(self) -> Polyhedron:
-        faces: list[tuple[list[list[Corner]], Semantic, int]] = []
+        faces: list[CornerFace] = []
         columns = self.levels.columns
         cells = sorted(columns)
         for members in _alike(cells, [(columns[c].surface, columns[c].top) for c in cells]):
             surface = columns[members[0]].surface
-            faces += [(part, Semantic.ROOF, surface) for part in self._level_parts(members, TOP)]
+            faces += [CornerFace(part, Semantic.ROOF, surface) for part in self._level_parts(members, TOP)]
         hollow = [c for c in cells if columns[c].bottom is not None]
         for members in _alike(hollow, [columns[c].bottom for c in hollow]):
-            faces += [(_turned(part), Semantic.OUTER_CEILING, -1) for part in self._level_parts(members, BOTTOM)]
-        faces += [([ring], Semantic.WALL, -1) for ring in map(list, merge_walls(self._walls(), self.world))]
+            faces += [CornerFace(_turned(part), Semantic.OUTER_CEILING) for part in self._level_parts(members, BOTTOM)]
+        faces += [CornerFace([ring], Semantic.WALL) for ring in merge_walls(self._walls(), self.world)]
         grounded = [c for c in cells if columns[c].bottom is None]
-        faces += [(_turned(part), Semantic.GROUND, -1) for part in self._level_parts(grounded, 0)]
-        return self._numbered(faces)
+        faces += [CornerFace(_turned(part), Semantic.GROUND) for part in self._level_parts(grounded, 0)]
+        return numbered(faces, self._position, self._is_needed)
 
     def _level_parts(self, cells: list[int], kind: int) -> list[list[list[Corner]]]:
         """Connected parts of cells on one plane, as rings of corners, the cells on the left."""
@@ -211,27 +212,10 @@ class _Hull:
         z = self.floor if on_floor else round(self.levels.heights[vertex][level] + self.z0, VERTEX_DECIMALS)
         return float(self.world[vertex, 0]), float(self.world[vertex, 1]), z
 
-    def _numbered(self, faces: list[tuple[list[list[Corner]], Semantic, int]]) -> Polyhedron:
-        ends: dict[Corner, set[Corner]] = {}
-        for rings, _, _ in faces:
-            for ring in rings:
-                for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
-                    ends.setdefault(a, set()).add(b)
-                    ends.setdefault(b, set()).add(a)
-        kept = [corner for corner in sorted(ends) if self._is_needed(corner, ends[corner])]
-        index = {corner: k for k, corner in enumerate(kept)}
-        made = tuple(
-            Face(tuple(tuple(index[c] for c in ring if c in index) for ring in rings), semantic, surface)
-            for rings, semantic, surface in faces
-        )
-        return Polyhedron(np.array([self._position(corner) for corner in kept]), made)
-
     def _is_needed(self, corner: Corner, around: set[Corner]) -> bool:
         if corner[0] < self.levels.division.fixed or len(around) != 2:
             return True
-        here, a, b = (np.array(self._position(c)) for c in (corner, *sorted(around)))
-        line = b - a
-        return bool(np.linalg.norm(np.cross(here - a, line)) > STRAIGHT * np.linalg.norm(line))
+        return leaves_line(self._position(corner), [self._position(c) for c in sorted(around)], STRAIGHT)
 
 
 def _alike(cells: Sequence[int], keys: Sequence[object]) -> list[list[int]]:
