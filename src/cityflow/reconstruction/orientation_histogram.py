@@ -146,7 +146,7 @@ def find_planes(evidence: Evidence, parameters: OrientationHistogramParameters) 
     labels, planes = _surfaces(cloud, surface, energy, parameters)
     if parameters.prior and (evidence.aspects or evidence.slopes):
         planes = with_prior(cloud.points, labels, planes, evidence.aspects, evidence.slopes)
-    return _segments(origin, cloud, labels, planes, surface.noise)
+    return PlaneSegments.largest_first(origin, cloud.points, labels, planes, surface.noise)
 
 
 def _surfaces(
@@ -197,19 +197,3 @@ def _regions(
     found = np.full(len(left), UNASSIGNED)
     found[index] = regions
     return found, planes
-
-
-def _segments(
-    origin: tuple[float, float, float], cloud: RoofCloud, labels: IntArray, planes: FloatArray, noise: float
-) -> PlaneSegments:
-    counts = np.bincount(labels[labels >= 0], minlength=len(planes))
-    order = np.argsort(-counts, kind="stable")
-    number = np.full(len(planes) + 1, UNASSIGNED)
-    number[order] = np.arange(len(planes))
-    labels, planes = number[labels], planes[order]
-    on = labels >= 0
-    a, b, c = planes[labels[on]].T if len(planes) else np.empty((3, 0))
-    off = cloud.points[on, 2] - a * cloud.points[on, 0] - b * cloud.points[on, 1] - c
-    squares = np.bincount(labels[on], weights=off**2, minlength=len(planes))
-    rmse = np.sqrt(squares / np.maximum(counts[order], 1))
-    return PlaneSegments(origin, cloud.points, labels, planes, rmse, noise)

@@ -37,7 +37,7 @@ from cityflow.reconstruction.volumetric_parts.hull import build_hull
 from cityflow.reconstruction.volumetric_parts.hull_columns import standing_columns
 from cityflow.reconstruction.volumetric_parts.hull_lines import cutting_lines, outline_walls
 from cityflow.reconstruction.volumetric_parts.nodes import NodeParameters, find_nodes, through_nodes
-from cityflow.reconstruction.volumetric_parts.roof_surfaces import SurfaceParameters, roof_surfaces, with_planes
+from cityflow.reconstruction.volumetric_parts.roof_surfaces import SurfaceParameters, roof_surfaces
 from cityflow.reconstruction.volumetric_parts.undersides import SeenFacades, UndersideParameters, find_voids
 
 METHOD = "volumetric"
@@ -84,7 +84,7 @@ def reconstruct(evidence: Evidence, parameters: VolumetricParameters) -> Candida
     walls = [*outline_walls(outline), *(f.line for f in facades)]
     nodes = find_nodes(segments, walls, shapely.get_coordinates(outline), parameters.nodes)
     planes, tied = through_nodes(segments, nodes, parameters.nodes.tie)
-    segments = with_planes(segments, planes)
+    segments = segments.on_planes(planes)
     scene = _Scene(evidence, segments, outline, cloud, facades)
     lines = cutting_lines(outline, segments, facades, nodes, parameters.columns)
     hull = scene.hull(lines, parameters)

@@ -40,6 +40,27 @@ class PlaneSegments:
     def __len__(self) -> int:
         return len(self.coefficients)
 
+    @staticmethod
+    def largest_first(
+        origin: Origin, points: FloatArray, labels: IntArray, planes: FloatArray, noise: float
+    ) -> PlaneSegments:
+        """Planes in the order of how many points they have, with their distances from these."""
+        counts = np.bincount(labels[labels >= 0], minlength=len(planes))
+        order = np.argsort(-counts, kind="stable")
+        number = np.full(len(planes) + 1, UNASSIGNED)
+        number[order] = np.arange(len(planes))
+        rmse = np.zeros(len(planes))
+        return PlaneSegments(origin, points, number[labels], planes, rmse, noise).on_planes(planes[order])
+
+    def on_planes(self, planes: FloatArray) -> PlaneSegments:
+        """The same points on other (P, 3) planes, with their distances anew."""
+        on = self.labels >= 0
+        a, b, c = planes[self.labels[on]].T if len(planes) else np.empty((3, 0))
+        points = self.points[on]
+        off = points[:, 2] - a * points[:, 0] - b * points[:, 1] - c
+        squares = np.bincount(self.labels[on], weights=off**2, minlength=len(planes))
+        return replace(self, coefficients=planes, rmse=np.sqrt(squares / np.maximum(self.counts(), 1)))
+
     def take(self, kept: Sequence[int]) -> PlaneSegments:
         """Some of the planes, in the order given; points of the others lie on none."""
         number = np.full(len(self) + 1, UNASSIGNED)

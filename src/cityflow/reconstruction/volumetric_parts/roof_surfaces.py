@@ -73,7 +73,7 @@ def roof_surfaces(evidence: Evidence, parameters: SurfaceParameters) -> tuple[Pl
         points, labels, planes = without_strips(points, labels, planes, party, parameters.party_strip)
     stays, labels, planes = without_ramps(points, labels, planes, RAMP_WIDTH, RAMP_SLOPE_DEG)
     points, labels = points[stays], labels[stays]
-    return _segments(origin, points, labels, planes, noise), 1.0 - len(local) / before
+    return PlaneSegments.largest_first(origin, points, labels, planes, noise), 1.0 - len(local) / before
 
 
 def _labelled(cloud: RoofCloud, energy: LabelEnergy, parameters: SurfaceParameters) -> tuple[IntArray, FloatArray]:
@@ -114,25 +114,3 @@ def _in_cubes(
     centre = regions.planes[roofs, 3:6] + cubes.corner
     height = centre[:, 2] - np.sum(slope * centre[:, :2], axis=1)
     return number[regions.point_labels()], np.column_stack([slope, height])
-
-
-def _segments(
-    origin: tuple[float, float, float], points: FloatArray, labels: IntArray, planes: FloatArray, noise: float
-) -> PlaneSegments:
-    counts = np.bincount(labels[labels >= 0], minlength=len(planes))
-    order = np.argsort(-counts, kind="stable")
-    number = np.full(len(planes) + 1, UNASSIGNED)
-    number[order] = np.arange(len(planes))
-    labels, planes = number[labels], planes[order]
-    return with_planes(PlaneSegments(origin, points, labels, planes, np.zeros(len(planes)), noise), planes)
-
-
-def with_planes(segments: PlaneSegments, planes: FloatArray) -> PlaneSegments:
-    """The same surfaces on other planes, with their distances anew."""
-    on = segments.labels >= 0
-    a, b, c = planes[segments.labels[on]].T if len(planes) else np.empty((3, 0))
-    points = segments.points[on]
-    off = points[:, 2] - a * points[:, 0] - b * points[:, 1] - c
-    squares = np.bincount(segments.labels[on], weights=off**2, minlength=len(planes))
-    rmse = np.sqrt(squares / np.maximum(segments.counts(), 1))
-    return PlaneSegments(segments.origin, segments.points, segments.labels, planes, rmse, segments.noise)
