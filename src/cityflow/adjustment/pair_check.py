@@ -32,12 +32,7 @@ def agreeing(
     count = len(uv[0])
     if count < LEAST_MATCHES or np.linalg.norm(images[0].centre - images[1].centre) < LEAST_BASE_M:
         return np.zeros(count, bool)
-    one, other = _normal(images[0], uv[0]), _normal(images[1], uv[1])
-    focal = _focal(images[1])
-    turned = one @ (images[1].rotation @ images[0].rotation.T).T
-    base = images[1].rotation @ (images[0].centre - images[1].centre)
-    base /= np.linalg.norm(base)
-    across = np.linalg.svd(base[None, :])[2][1:]
+    turned, other, base, across, focal = _relative(images, uv)
     correction = np.zeros(5)
     left = _distances(turned, base, other) * focal
     for _ in range(STEPS):
@@ -64,13 +59,19 @@ def epipolar_errors(
     images : taken in two places
     uv : (K, 2) image coordinates in each image, pixels
     """
+    turned, other, base, across, focal = _relative(images, uv)
+    return _distances(turned, base, other) * focal, _slopes(turned, base, across, other, np.zeros(5)) * focal
+
+
+def _relative(
+    images: tuple[OrientedImage, OrientedImage], uv: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, float]:
+    """In the frame of the second camera: (K, 3) rays of both images, (3,) way to the first and (2, 3) directions across it; the focal length, pixels."""
     one, other = _normal(images[0], uv[0]), _normal(images[1], uv[1])
-    focal = _focal(images[1])
     turned = one @ (images[1].rotation @ images[0].rotation.T).T
     base = images[1].rotation @ (images[0].centre - images[1].centre)
     base /= np.linalg.norm(base)
-    across = np.linalg.svd(base[None, :])[2][1:]
-    return _distances(turned, base, other) * focal, _slopes(turned, base, across, other, np.zeros(5)) * focal
+    return turned, other, base, np.linalg.svd(base[None, :])[2][1:], _focal(images[1])
 
 
 def _normal(image: OrientedImage, uv: FloatArray) -> FloatArray:

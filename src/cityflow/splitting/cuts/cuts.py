@@ -55,7 +55,7 @@ def candidates(evidence: StripEvidence, outline: Polygon, aspect_sigma_deg: floa
     aspect_sigma_deg : standard deviation of the strip's direction, degrees
     """
     places = proposals(evidence, outline)
-    handicap = _handicap(evidence.strip)
+    handicap = handicap_of(evidence.strip)
     whole = _reach(evidence, outline)
     chosen = _chosen(evidence, places, Noise(), handicap, whole)
     noise = _background(evidence, chosen)
@@ -71,7 +71,7 @@ def candidates(evidence: StripEvidence, outline: Polygon, aspect_sigma_deg: floa
     return sorted(found, key=lambda c: (-c.log_odds, c.u))
 
 
-def _handicap(strip: AxisStrip) -> float:
+def handicap_of(strip: AxisStrip) -> float:
     """By how much less likely borders are across what is rather deep than long, or a short wing of a house."""
     if strip.depth > strip.chain_m:
         return CROSSWISE_ODDS

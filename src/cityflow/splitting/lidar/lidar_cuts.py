@@ -13,7 +13,7 @@ from cityflow.core.points import HIGH_NOISE, HIGH_VEGETATION, LOW_NOISE, PointCl
 from cityflow.core.splitting import CutLine, FrameRasters, SplitEvidence
 from cityflow.splitting.cuts.cut_chords import line_at
 from cityflow.splitting.cuts.cut_places import edge_position
-from cityflow.splitting.cuts.cuts import CROSSWISE_ODDS, LEAST_LOG_ODDS, SHORT_WING_M, SHORT_WING_ODDS, Candidate
+from cityflow.splitting.cuts.cuts import LEAST_LOG_ODDS, Candidate, handicap_of
 from cityflow.splitting.lidar.lidar_surface import lidar_raster
 from cityflow.splitting.scores.roof_marks import RoofMarks, roof_marks, roof_rows
 from cityflow.splitting.scores.weigh import Weighed
@@ -66,7 +66,7 @@ def lidar_candidates(
     roof = roof_raster(strip, part, evidence.frames[0])
     rows = roof_rows(roof)
     marks = roof_marks(rows, roof.u)
-    odds = np.where(_allowed(strip, part, marks.u), mark_odds(marks) - _handicap(strip), -np.inf)
+    odds = np.where(_allowed(strip, part, marks.u), mark_odds(marks) - handicap_of(strip), -np.inf)
     slices = slice_evidence(strip, points, eaves(strip, roof), evidence.ground_height)
     found = []
     for k, log_odds in _between_neighbours(marks.u, odds, _maxima(odds, marks.u)):
@@ -96,13 +96,6 @@ def _allowed(strip: AxisStrip, part: Polygon, u: FloatArray) -> BoolArray:
         if not part.contains(Point(strip.to_world(np.array([at + outward, middle])))):
             allowed &= np.abs(u - at) >= FREE_END_M
     return np.asarray(allowed)
-
-
-def _handicap(strip: AxisStrip) -> float:
-    """By how much less likely borders are across what is rather deep than long, or a short wing of a house."""
-    if strip.depth > strip.chain_m:
-        return CROSSWISE_ODDS
-    return SHORT_WING_ODDS if strip.chain_m < SHORT_WING_M else 0.0
 
 
 def _maxima(odds: FloatArray, u: FloatArray) -> list[int]:
