@@ -7,7 +7,6 @@ import sqlite3
 import time
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 
 import fsspec
 
@@ -28,9 +27,7 @@ class KeptAnswers:
     def __enter__(self) -> KeptAnswers:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._open is not None:
             self.commit()
             self._open.close()

@@ -10,7 +10,6 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain, islice
-from types import TracebackType
 from typing import Any, TypeAlias, TypeVar
 from uuid import uuid4
 
@@ -52,9 +51,7 @@ class Spread:
     def __enter__(self) -> Spread:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._client = None
         self._open.close()
 

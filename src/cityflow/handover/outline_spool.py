@@ -6,7 +6,6 @@ import json
 import tempfile
 from array import array
 from collections.abc import Iterable, Sequence
-from types import TracebackType
 
 import numpy as np
 import shapely
@@ -45,9 +44,7 @@ class OutlineSpool:
     def __enter__(self) -> OutlineSpool:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._file.close()
 
     def __len__(self) -> int:
