@@ -106,6 +106,19 @@ def test_the_roof_stands_in_where_no_facade_was_seen(monkeypatch: pytest.MonkeyP
     assert 0 < roof_edge.sigma_m < 0.3
 
 
+def test_a_short_wall_that_is_seen_askew_does_not_cut_through_the_far_end_of_its_roof(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two metres at one end of a row of garages, 7° off; of the rest of that front nothing is seen."""
+    walls = placed(box(0, 0, 16, 6))
+    front = affinity.rotate(LineString([(85038.4, 447020), (85040.7, 447020)]), -7.0)
+    (west, at_west), (east, at_east) = shapely.get_coordinates(front).tolist()
+    seen = [w for w in walls_of(walls) if w.normal[0] > 0.5 or w.normal[1] > 0.5]
+    seen.append(wall((west, at_west), (east, at_east), high=2.3))
+    (found,) = outlines_of(surface_of([(walls, 2.5)]), seen, monkeypatch)
+    assert found.polygon.intersection(walls).area / found.polygon.union(walls).area > 0.95
+
+
 def test_a_wall_above_a_lower_roof_is_an_inner_edge(monkeypatch: pytest.MonkeyPatch) -> None:
     high, low = placed(box(0, 0, 12, 9)), placed(box(11.5, 1, 20, 8))
     inner = wall((85037, 447021.2), (85037, 447027.8), low=3.3, high=8.0)

@@ -22,6 +22,7 @@ from cityflow.outlines.from_heights.regions import (
     crack_midpoints,
 )
 from cityflow.outlines.from_heights.seams import parts_of
+from cityflow.outlines.from_heights.survey_end import marked
 from cityflow.outlines.from_walls.wall_line import Heights
 from cityflow.outlines.from_walls.wall_lines import find_wall_lines
 from cityflow.outlines.identity import ids_from_geometry
@@ -67,7 +68,7 @@ def _from_roofs(surface: RegionSurface, parameters: FindParameters) -> list[Outl
     regions = _parted_regions(surface, parameters)
     found = [Footprint(p, None, how) for r in regions for p, how in _outlines_of(r, surface, parameters)]
     known = KnownLines([], _boundary_points(regions, surface), surface.grid.cell)
-    return [replace(o, edges=known.edges_of(o.polygon)) for o in _named(found)]
+    return [marked(replace(o, edges=known.edges_of(o.polygon)), surface) for o in _named(found)]
 
 
 def _parted_regions(surface: RegionSurface, parameters: FindParameters) -> list[Region]:
@@ -95,7 +96,8 @@ def _from_walls(surface: RegionSurface, walls: WallPoints, parameters: FindParam
     alone = _walls_alone(places, surface, parameters)
     found += [f for f in alone if known.seen_share(f.polygon) >= CLOSED_SHARE]
     return [
-        replace(o, edges=known.edges_of(o.polygon), inner_edges=known.inner_edges_of(o.polygon)) for o in _named(found)
+        marked(replace(o, edges=known.edges_of(o.polygon), inner_edges=known.inner_edges_of(o.polygon)), surface)
+        for o in _named(found)
     ]
 
 

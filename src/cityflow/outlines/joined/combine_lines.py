@@ -16,6 +16,8 @@ from cityflow.outlines.joined.combine_wall_bases import KnownWall
 
 _PARALLEL_SIN = np.sin(np.radians(10.0))
 """Lines that turn less are parallel; set by hand on synthetic towns, as are those below."""
+_ASTRAY_M = 0.25
+"""A wall follows its eaves no farther than it stays parallel to them within so much: a smaller step in a wall is straightened."""
 _SAME_BASE_M = 0.5
 """A wall whose base changes by more is two."""
 _GAPS_M = 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2
@@ -171,19 +173,24 @@ def _across_gap(wall: WallLine) -> list[FloatArray]:
 
 
 def _along_roof(xy: FloatArray, edges: FloatArray, reach_m: float) -> tuple[float, float]:
-    """How far the eaves before a straight wall reach beyond its first and its last end, metres."""
+    """How far the eaves before a straight wall reach beyond its first and its last end, metres: as far as it runs along them.
+
+    A short wall is seen with a direction of its own, some degrees off. Drawn along a long roof it would cut through its far end.
+    """
     d = _unit(xy[-1] - xy[0])
     out = np.array([d[1], -d[0]])
     length = float(np.hypot(*(xy[-1] - xy[0])))
     before = after = 0.0
     for a, b in edges:
         e = b - a
-        if abs(e[0] * d[1] - e[1] * d[0]) > _PARALLEL_SIN * np.hypot(*e) or e @ d <= 0:
+        turn = abs(e[0] * d[1] - e[1] * d[0]) / np.hypot(*e)
+        if turn > _PARALLEL_SIN or e @ d <= 0:
             continue
         s, t = (a - xy[0]) @ d, (b - xy[0]) @ d
         away = ((a + b) / 2 - xy[0]) @ out
         if -0.6 <= away <= reach_m and min(t, length) - max(s, 0.0) > 0.5:
-            before, after = max(before, -s), max(after, t - length)
+            most = _ASTRAY_M / max(turn, 1e-9)
+            before, after = max(before, min(-s, most)), max(after, min(t - length, most))
     return float(before), float(after)
 
 

@@ -38,7 +38,7 @@ from cityflow.survey.survey import Survey
 from cityflow.survey.survey_parameters import OutlineParameters
 
 NAME = "outline"
-VERSION = 9
+VERSION = 10
 OUTLINES = "outlines.jsonl"
 
 
