@@ -34,6 +34,8 @@ class Prior:
     rows : (O, D) how each observation changes with the unknowns
     weights : (O,) 1 / variance;  away : (O,) the block less what is observed
     of_points : (P, 3) weights of known places, 0 where nothing is known;  points_away : (P, 3) the block less these, metres
+    on_planes : (P, 3) normals of the planes that points lie on, times the roots of their weights, 0 where they lie on none; None: none does
+    planes_away : (P,) distances from these planes, times the roots of the weights
     """
 
     rows: csr_array
@@ -41,6 +43,8 @@ class Prior:
     away: FloatArray
     of_points: FloatArray
     points_away: FloatArray
+    on_planes: FloatArray | None = None
+    planes_away: FloatArray | None = None
 
 
 class Normal:
@@ -65,6 +69,8 @@ class Normal:
         seen = (left * root[:, None]).reshape(-1)
         own = summed(np.einsum("mki,mkj->mij", points, points), ties)
         own += prior.of_points[:, :, None] * np.eye(3)
+        if prior.on_planes is not None:
+            own += prior.on_planes[:, :, None] * prior.on_planes[:, None, :]
         own += (1e-9 * np.trace(own, axis1=1, axis2=2) + 1e-12)[:, None, None] * np.eye(3)
         self._inverse = np.linalg.inv(own)
         rows = np.arange(len(ties.point) + 1)
@@ -73,6 +79,8 @@ class Normal:
         blocks = np.arange(ties.points + 1)
         inverse = bsr_array((self._inverse, blocks[:-1], blocks), shape=(3 * ties.points,) * 2).tocsr()
         self._right_of_points = jacobian_of_points.T @ seen - (prior.of_points * prior.points_away).reshape(-1)
+        if prior.on_planes is not None and prior.planes_away is not None:
+            self._right_of_points -= (prior.on_planes * prior.planes_away[:, None]).reshape(-1)
         reduced = jacobian.T @ jacobian - self._mixed @ inverse @ self._mixed.T
         self._right = jacobian.T @ seen - self._mixed @ (inverse @ self._right_of_points)
         weighted = prior.rows.multiply(prior.weights[:, None]).tocsr()

@@ -13,6 +13,7 @@ from cityflow.adjustment.block import interior_change, residuals
 from cityflow.adjustment.calibration import effect_px, is_doubtful
 from cityflow.adjustment.control_residuals import ControlFigures, PointResidual
 from cityflow.adjustment.refinement import Refinement
+from cityflow.adjustment.tracks import Ties
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.json_values import rounded
@@ -137,6 +138,21 @@ def encode_points(found: Refinement) -> bytes:
 def decode_points(data: bytes) -> FloatArray:
     """What `encode_points` wrote; (P, 4), without errors, by an older version."""
     return np.asarray(np.load(io.BytesIO(data), allow_pickle=False), np.float64)
+
+
+def encode_block_ties(found: Refinement) -> bytes:
+    """(M, 5) float64 as numpy's file: of each observation that was used, numbers of its tie point and image, image coordinates in pixels, and `Ties.sigma`."""
+    ties = found.adjusted.ties
+    data = io.BytesIO()
+    np.save(data, np.column_stack([ties.point, ties.image, ties.uv, ties.sigma]), allow_pickle=False)
+    return data.getvalue()
+
+
+def decode_block_ties(data: bytes) -> Ties:
+    """What `encode_block_ties` wrote."""
+    table = np.asarray(np.load(io.BytesIO(data), allow_pickle=False), np.float64)
+    whole = table[:, :2].astype(np.int64)
+    return Ties(whole[:, 0], whole[:, 1], np.full(len(table), -1), table[:, 2:4], table[:, 4])
 
 
 def decode_poses(tree: Mapping[str, Any]) -> dict[str, RefinedPose]:

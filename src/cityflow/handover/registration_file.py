@@ -64,14 +64,8 @@ def encode_registration(found: Registration, origin: FloatArray, place: FloatArr
     shift = by.shift + place - by.scale * by.rotation @ origin
     whole = Similarity(by.scale, by.rotation, shift)
     middle = fit.middle + place
-    before = np.linalg.solve(by.scale * by.rotation, middle - shift)
-    sigmas = np.sqrt(np.diag(fit.covariance))
-    angle = np.degrees(np.linalg.norm(vector_of(by.rotation[None])))
-    figures: dict[str, Json] = {
-        "shift_m": [rounded(float(v), 4) for v in middle - before],
-        "turn_deg": rounded(float(angle), 5), "scale": rounded(by.scale, 7),
-        "shift_sigmas_m": [rounded(float(v), 4) for v in sigmas[:3]],
-        "turn_sigmas_deg": [rounded(float(np.degrees(v)), 5) for v in sigmas[3:6]], "scale_sigma": rounded(float(sigmas[6]), 7),
+    figures = {
+        **move_figures(whole, middle, fit.covariance),
         "matched": int(fit.matched.sum()), "distance_m": rounded(fit.sigma_m, 4), "overlap": rounded(found.overlap, 4),
         "raised": found.raised, "agreement": rounded(found.agreement, 4), "second": rounded(found.second, 4),
         "correlation": rounded(found.coarse, 4), "open_m": rounded(float(fit.openness_m[0]), 4),
@@ -79,6 +73,19 @@ def encode_registration(found: Registration, origin: FloatArray, place: FloatArr
     return {
         "scale": whole.scale, "rotation": whole.rotation.tolist(), "shift": whole.shift.tolist(), "middle": middle.tolist(),
         "covariance": fit.covariance.tolist(), "figures": figures,
+    }  # fmt: skip
+
+
+def move_figures(by: Similarity, middle: FloatArray, covariance: FloatArray) -> dict[str, Json]:
+    """How a block moves, at a (3,) place where it is afterwards, and how surely; `covariance` as of `RegistrationResult`."""
+    before = np.linalg.solve(by.scale * by.rotation, middle - by.shift)
+    sigmas = np.sqrt(np.diag(covariance))
+    angle = np.degrees(np.linalg.norm(vector_of(by.rotation[None])))
+    return {
+        "shift_m": [rounded(float(v), 4) for v in middle - before],
+        "turn_deg": rounded(float(angle), 5), "scale": rounded(by.scale, 7),
+        "shift_sigmas_m": [rounded(float(v), 4) for v in sigmas[:3]],
+        "turn_sigmas_deg": [rounded(float(np.degrees(v)), 5) for v in sigmas[3:6]], "scale_sigma": rounded(float(sigmas[6]), 7),
     }  # fmt: skip
 
 

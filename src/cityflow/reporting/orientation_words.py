@@ -57,4 +57,21 @@ def registration_words(figures: Mapping[str, Any]) -> tuple[str, ...]:
         f"{max(figures['turn_sigmas_deg']):.4f}°",
         f"{100 * figures['overlap']:.0f} % of the tie points lie over the survey; {100 * figures['agreement']:.0f} % of those on buildings and trees "
         f"agree with it{second}; {figures['matched']} lie on planes, {figures['distance_m']:.3f} m off (robust)",
+        *_held_words(figures),
     )
+
+
+def _held_words(figures: Mapping[str, Any]) -> Iterator[str]:
+    """How the survey holds the adjustment."""
+    if (held := figures.get("held")) is not None:
+        counts, off = held["patches"], held["off_m"]
+        size = "adjusted, too" if held["scale_free"] else "as given"
+        if held["stays"]:
+            yield "The survey does not contradict where the images were given: they stay there"
+        yield (
+            f"The survey holds the adjustment by {counts[0]} level and {counts[1]} sloping patches and {counts[2]} of walls, "
+            f"{off[0]:.3f}, {off[1]:.3f} and {off[2]:.3f} m off (robust); the block's size is {size}; "
+            f"standard deviations of its images {held['position_sigma_m']:.3f} m, {held['angle_sigma_deg']:.4f}°"
+        )
+    elif (reason := figures.get("not_held")) is not None:
+        yield f"The survey does not hold the adjustment, the block is moved as a whole: {reason}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from cityflow.errors import CatalogError, RunError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.shared import FOLDER
 from cityflow.flow.store import Store
-from cityflow.handover.refined_block import decode_points
+from cityflow.handover.refined_block import RefinedPose, decode_points
 from cityflow.handover.registration_file import RegistrationResult, covariance_matrix, decode_registration, upper_of
 from cityflow.io.catalog.stac import OUTLINES, Catalog, is_catalog, read_catalog, sha256_of
 from cityflow.io.catalog.stac_assets import ImageAsset, OutlineAsset, united
@@ -37,6 +38,7 @@ from cityflow.stages.orient import ADJUST, BLOCK, POINTS_FILE
 from cityflow.stages.orient.register import REGISTER, RegisterSource, encode_tie_points, register_task, survey_files
 from cityflow.survey.orient_parameters import OntoParameters
 from cityflow.workflow.catalog_reading import reading_files
+from cityflow.workflow.held_onto import held_onto
 from cityflow.workflow.orient import orient_catalog, refuse_other_work, run_stages, say
 
 CATALOG, REFINED = "onto", "refined"
@@ -143,7 +145,13 @@ def orient_onto(
     table = _points_table(store)
     xyz = table[:, :3].copy()
     by = registered_to(survey, xyz, parameters.registration.search(OF_A_BLOCK), store, scheduler, workers)
-    catalog, made = joined(replace(refined, href=str(out.absolute()), made_in=""), survey, by, xyz)
+    poses: Mapping[str, RefinedPose] = {}
+    held = held_onto(given, survey, store, scheduler, workers)
+    if isinstance(held, str):
+        by = replace(by, figures={**by.figures, "not_held": held})
+    else:
+        by, poses = held.registration, held.poses
+    catalog, made = joined(replace(refined, href=str(out.absolute()), made_in=""), survey, by, xyz, poses)
     report = json.loads((work / REFINED / FIGURES).read_text()) | {"registration": dict(by.figures)}
     catalog = replace(catalog, orientation=orientation_figures(report))
     stored = store_catalog(catalog, out, copy=False, made=made)
@@ -195,20 +203,26 @@ def registered_to(
 
 
 def joined(
-    given: Catalog, survey: Catalog, by: RegistrationResult, xyz: FloatArray
+    given: Catalog, survey: Catalog, by: RegistrationResult, xyz: FloatArray, poses: Mapping[str, RefinedPose]
 ) -> tuple[Catalog, dict[str, bytes]]:
     """Images moved onto a survey, and that, in one catalog; and contents of the files that are made for it.
 
     Parameters
     ----------
     given : images as they were;  xyz : (N, 3) their tie points, as they were
+    poses : name → where the survey holds an image; others are moved
     """
     moved = by.similarity.moved(xyz)
     heights = heights_of_points(moved)
     images = []
     for asset in given.images:
-        image = by.similarity.moved_image(asset.oriented)
-        images.append(_described(replace(asset, oriented=image), heights.over(image), by))
+        if asset.name in poses:
+            image = poses[asset.name].image
+            own = poses[asset.name].covariance
+        else:
+            image, own = by.similarity.moved_image(asset.oriented), asset.pose_covariance
+            own = upper_of(by.covariance_of(image, covariance_matrix(own))) if own else own
+        images.append(_described(replace(asset, oriented=image, pose_covariance=own), heights.over(image)))
     taken = {i.name for i in images}
     lidar = given.lidar or tuple(replace(a, name=_free(a.name, taken)) for a in survey.lidar)
     catalog = replace(
@@ -219,16 +233,12 @@ def joined(
     return replace(catalog, sparse=sparse), made
 
 
-def _described(asset: ImageAsset, heights: tuple[float, float], by: RegistrationResult) -> ImageAsset:
+def _described(asset: ImageAsset, heights: tuple[float, float]) -> ImageAsset:
     seen, bounds = footprint(View(asset.oriented, heights)), asset.bounds
     if not seen.is_empty:
         x_min, y_min, x_max, y_max = (round(float(v), 3) for v in seen.bounds)
         bounds = x_min, y_min, x_max, y_max
-    covariance = asset.pose_covariance
-    if covariance:
-        own = by.covariance_of(asset.oriented, covariance_matrix(covariance))
-        covariance = upper_of(own)
-    return replace(asset, heights=heights, bounds=bounds, pose_covariance=covariance)
+    return replace(asset, heights=heights, bounds=bounds)
 
 
 def _free(name: str, taken: set[str]) -> str:

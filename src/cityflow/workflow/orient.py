@@ -37,12 +37,23 @@ from cityflow.runs.orientation_asked import note_expected
 from cityflow.runs.settings import parameters_from
 from cityflow.stages.orient import ADJUST, FEATURES, TIES, OrientSource
 from cityflow.stages.orient.frames import FRAMES
+from cityflow.stages.orient.hold import HOLD
 from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS
 from cityflow.stages.orient.register import REGISTER
 from cityflow.survey.orient_parameters import OntoParameters, OrientParameters
 from cityflow.workflow.adjusted_block import adjusted_block, write_refined
 
-SECONDS = {FRAMES: 60.0, FEATURES: 20.0, TIES: 5.0, ADJUST: 30.0, PAIRS: 10.0, MATCHES: 5.0, MAP: 60.0, REGISTER: 30.0}
+SECONDS = {
+    FRAMES: 60.0,
+    FEATURES: 20.0,
+    TIES: 5.0,
+    ADJUST: 30.0,
+    PAIRS: 10.0,
+    MATCHES: 5.0,
+    MAP: 60.0,
+    REGISTER: 30.0,
+    HOLD: 60.0,
+}
 """Of a task, before some are done."""
 FEWEST = 3
 """Images below which no block is adjusted."""

@@ -26,7 +26,7 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.field_types import OrientedField
 from cityflow.handover.known_points import KnownPoint, control_points, known_points
 from cityflow.handover.oriented import to_json
-from cityflow.handover.refined_block import encode_points, encode_refinement
+from cityflow.handover.refined_block import encode_block_ties, encode_points, encode_refinement
 from cityflow.handover.source_file import SourceFile
 from cityflow.handover.tie_files import decode_features, decode_matches, encode_features, encode_matches
 from cityflow.io.catalog.stac_assets import ImageAsset
@@ -39,10 +39,11 @@ from cityflow.survey.orient_parameters import OrientParameters, TieParameters
 
 FEATURES, TIES, ADJUST = "features", "ties", "adjust"
 STAGES = (FEATURES, TIES, ADJUST)
-VERSION, ADJUST_VERSION = 3, 8
+VERSION, ADJUST_VERSION = 3, 9
 BLOCK = "block"
 """The one unit of the adjustment."""
-FEATURES_FILE, TIES_FILE, BLOCK_FILE, POINTS_FILE = "features.bin", "ties.bin", "block.json", "points.npy"
+FEATURES_FILE, TIES_FILE, BLOCK_FILE = "features.bin", "ties.bin", "block.json"
+POINTS_FILE, BLOCK_TIES_FILE = "points.npy", "block_ties.npy"
 LEAST_TIES, LEAST_SHARE = 15, 0.35
 """Matches of a pair that agree, and their share of all: fewer may agree by chance; set by hand on synthetic flights."""
 ONE_IMAGE, WHOLE_BLOCK = Limits(time_s=3600, memory_mb=6000), Limits(time_s=6 * 3600, memory_mb=16000)
@@ -264,5 +265,6 @@ def run_adjust(workspace: Workspace, task: Task) -> Outcome:
         raise CatalogError(str(error), where="the images' ties", remedy=remedy) from error
     text, summary = encode_refinement(found)
     workspace.write(POINTS_FILE, encode_points(found))
+    workspace.write(BLOCK_TIES_FILE, encode_block_ties(found))
     workspace.write(BLOCK_FILE, json.dumps(text, sort_keys=True, separators=(",", ":"), allow_nan=False).encode())
     return workspace.outcome(result=summary)

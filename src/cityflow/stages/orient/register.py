@@ -128,7 +128,7 @@ def run_register(workspace: Workspace, task: Task) -> Outcome:
     around = _around(xyz, search)
     if given.survey[0].kind == OUTLINES:
         return _onto_outlines(workspace, given, xyz - origin, origin, search)
-    survey = _thinned([p for f in given.survey for p in _points_of(f, given.crs, around)])
+    survey = survey_points(given.survey, given.crs, around)
     if not len(survey):
         remedy = "check that both are of one place and in one CRS; for photographs without GNSS positions give --scale"
         raise CatalogError(
@@ -190,6 +190,11 @@ def _around(xyz: FloatArray, search: Search) -> Bounds | None:
     low, high = np.percentile(xyz[:, :2], [0.5, 99.5], axis=0)
     more = search.shift_m + 0.5 * float(np.max(high - low)) * (search.scale - 1.0) + 10.0
     return float(low[0] - more), float(low[1] - more), float(high[0] + more), float(high[1] + more)
+
+
+def survey_points(files: tuple[SurveyFile, ...], crs: str, around: Bounds | None) -> FloatArray:
+    """(N, 3) points of LiDAR files or a DSM around a block (None: all), one in a voxel."""
+    return _thinned([p for f in files for p in _points_of(f, crs, around)])
 
 
 def _points_of(each: SurveyFile, crs: str, around: Bounds | None) -> Iterator[FloatArray]:
