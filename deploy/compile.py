@@ -19,7 +19,7 @@ from shapely import Polygon
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.colour_image import ColourImage
-from cityflow.core.depth_map import DepthMap, joined, points_of
+from cityflow.core.depth_map import DepthMap, joined, points_of, standing_points
 from cityflow.core.facade_points import WallPoints
 from cityflow.core.grid import Grid
 from cityflow.core.ground_cells import GroundCells
@@ -51,7 +51,7 @@ from cityflow.surface.ortho_visibility import BlockingSurface
 from cityflow.surface.point_classes import classify_points
 from cityflow.surface.tile_surface import surface_of_tile
 from cityflow.surface.true_ortho import true_ortho
-from cityflow.surface.witnesses import Witness, WitnessParameters, without_refuted, words_for
+from cityflow.surface.witnesses import Witness, WitnessParameters, words_for
 from cityflow.synthetic.flight_presets import preset
 from cityflow.synthetic.town import TownParameters, make_town
 from cityflow.synthetic.town_lidar import town_lidar
@@ -105,7 +105,7 @@ def match_pictures() -> None:
     find_wall_points(points, WallPointParameters())
     seen = [Witness.of(view.image, [found]) for view in images]
     words = words_for(seen, cells.bounds, WitnessParameters())
-    without_refuted(found, words[found.image].over(found))
+    standing_points(found, words[found.image].over(found), middle.image, cells.bounds)
     slanting = replace(points, names=("aside",), centres=points.centres + np.array([60.0, 0.0, 0.0]))
     surface = image_surface(joined([points, slanting]), (40.0, 40.0, 60.0, 60.0), CELL_M, 4)
     classify_points(points, surface)
