@@ -82,7 +82,7 @@ def test_a_block_comes_onto_lidar_files_and_both_stand_in_one_catalog(tmp_path: 
     off = by.moved_image(up)
     asset = ImageAsset("west", "west.jpg", "0" * 64, 1, (0, 0, 1, 1), off, (0.0, 1.0), pose_covariance=own)
     catalog = replace(survey, lidar=(), images=(asset,))
-    both, made = joined(catalog, survey, found, given)
+    both, made = joined(catalog, survey, found, given, {})
     image = both.images[0]
     assert np.linalg.norm(image.oriented.centre - HIGH) < 0.1
     assert angle_deg(image.oriented.rotation, up.rotation) < 0.05

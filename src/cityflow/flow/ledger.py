@@ -102,6 +102,8 @@ class Ledger:
         finally:
             self._loose.is_driver = False
             self._loose.settle()
+            # else others wait for the index as long as this process makes its report
+            self._loose.commit()
 
     def spoil(self, stage: str, unit: str) -> None:
         """Say that what a task has left is not to be trusted: it is made again."""
