@@ -19,7 +19,7 @@ from shapely import Polygon
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.colour_image import ColourImage
-from cityflow.core.depth_map import DepthMap, joined, points_of, standing_points
+from cityflow.core.depth_map import DepthMap, joined, standing_points
 from cityflow.core.facade_points import WallPoints
 from cityflow.core.grid import Grid
 from cityflow.core.ground_cells import GroundCells
@@ -99,13 +99,13 @@ def match_pictures() -> None:
     match(middle.image, middle.pixels, partners, {"": cells}, (-5.0, 12.0), MatchParameters(), made.__setitem__)
     assert made, "the plain was not matched"
     found = decode_depth_map(encode_depth_map(made[""]))
-    points = points_of(found, middle.image)
+    everywhere, seen_once = (-1e3, -1e3, 1e3, 1e3), np.isfinite(found.depth).astype(np.uint8)
+    points = standing_points(found, seen_once, middle.image, everywhere)
     lens = replace(middle.image.camera, distortion=(0.01, -0.001, 0.0, 0.0))
-    points_of(found, replace(middle.image, camera=lens))
+    standing_points(found, seen_once, replace(middle.image, camera=lens), everywhere)
     find_wall_points(points, WallPointParameters())
     seen = [Witness.of(view.image, [found]) for view in images]
-    words = words_for(seen, cells.bounds, WitnessParameters())
-    standing_points(found, words[found.image].over(found), middle.image, cells.bounds)
+    words_for(seen, cells.bounds, WitnessParameters())
     slanting = replace(points, names=("aside",), centres=points.centres + np.array([60.0, 0.0, 0.0]))
     surface = image_surface(joined([points, slanting]), (40.0, 40.0, 60.0, 60.0), CELL_M, 4)
     classify_points(points, surface)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from cityflow.core.depth_map import ImagePoints, joined
+from cityflow.core.camera import OrientedImage
+from cityflow.core.depth_map import DepthMap, ImagePoints, joined, world_points
 from cityflow.core.grid import Grid
 
 SIZE = 24.0
@@ -81,9 +83,26 @@ def flight(seed: int, gsd: float = 0.2, noise: float = 0.1, blunders: float = 0.
     return joined([depth_points(f"view {i}", lean, gsd, noise, rng, blunders) for i, lean in enumerate(leans)])
 
 
+def points_of(depth_map: DepthMap, image: OrientedImage) -> ImagePoints:
+    """All pixels with a depth as world points, row by row; without colour where the map has none."""
+    pixel, xyz = world_points(depth_map.depth, (depth_map.row, depth_map.col), image)
+    bands = depth_map.colour.shape[-1]
+    colour = depth_map.colour.reshape(-1, bands).take(pixel, axis=0) if bands else np.empty((len(xyz), 0), np.uint8)
+    return ImagePoints(
+        xyz, colour, np.zeros(len(xyz), np.int64), depth_map.views.take(pixel), depth_map.sigma.take(pixel), (image.name,),
+        image.centre[None, :],
+    )  # fmt: skip
+
+
+def rotated(points: ImagePoints, frame_from_world: np.ndarray, origin: np.ndarray) -> ImagePoints:
+    """The same points in a frame whose coordinates are frame_from_world · (world - origin)."""
+    xyz, centres = ((v - origin) @ frame_from_world.T for v in (points.xyz, points.centres))
+    return replace(points, xyz=xyz, centres=centres)
+
+
 def moved(points: ImagePoints, east: float, north: float, up: float) -> ImagePoints:
     """The same town elsewhere."""
-    return points.rotated(np.eye(3), np.array([-east, -north, -up]))
+    return rotated(points, np.eye(3), np.array([-east, -north, -up]))
 
 
 def truth(grid: Grid) -> tuple[np.ndarray, np.ndarray]:

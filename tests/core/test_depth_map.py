@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
 from cityflow.core.camera import Camera, OrientedImage
-from cityflow.core.depth_map import DepthMap, ImagePoints, joined, numbers_within, points_of, standing_points
+from cityflow.core.depth_map import DepthMap, ImagePoints, joined, numbers_within, standing_points
 from cityflow.core.local_frame import LocalFrame
+from image_point_scenes import points_of, rotated
 
 CAMERA = Camera(100, 80, 200.0, 200.0, 50.0, 40.0)
 IMAGE = OrientedImage("a", CAMERA, np.diag([1.0, -1.0, -1.0]), np.array([10.0, 20.0, 100.0]))
@@ -61,7 +63,9 @@ def test_points_that_stand_within_bounds_are_those_of_all_bit_for_bit(
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     frame = LocalFrame("tilted", turn, np.array([85000.0, 447000.0, 0.0])) if is_tilted else None
     whole = points_of(replace(found, depth=np.where(votes > 0, depth, np.float32(np.nan))), image)
-    whole = whole if frame is None else whole.rotated(frame.frame_from_world, frame.origin)
+    if frame is not None:
+        xyz = [turned(turn, place - frame.origin) for place in whole.xyz]
+        whole = replace(rotated(whole, turn, frame.origin), xyz=np.array(xyz))
     low, high = np.quantile(whole.xyz[:, :2], (0.1, 0.8), axis=0)
     bounds = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
     here = numbers_within(whole.xyz, bounds)
@@ -69,6 +73,16 @@ def test_points_that_stand_within_bounds_are_those_of_all_bit_for_bit(
     points, expected = standing_points(found, votes, image, bounds, frame), whole.take(here)
     for name in ("xyz", "colour", "image", "views", "sigma", "centres"):
         assert getattr(points, name).tobytes() == getattr(expected, name).tobytes(), name
+
+
+def turned(rotation: np.ndarray, place: np.ndarray) -> list[float]:
+    """The product, each step rounded once: in fractions, as no library's sum is the same on all processors."""
+    found = []
+    for row in rotation.tolist():
+        east, north, up = place.tolist()
+        two = float(Fraction(north) * Fraction(row[1]) + Fraction(east * row[0]))
+        found.append(float(Fraction(up) * Fraction(row[2]) + Fraction(two)))
+    return found
 
 
 def named(*names: str, offset: float = 0.0) -> ImagePoints:
@@ -95,7 +109,7 @@ def test_nothing_joined_is_an_empty_cloud_of_as_many_bands() -> None:
 
 def test_a_turned_frame_keeps_distances_to_the_centres() -> None:
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    points = named("a", "b").rotated(turn, np.array([97.0, 0.0, 49.0]))
+    points = rotated(named("a", "b"), turn, np.array([97.0, 0.0, 49.0]))
     np.testing.assert_allclose(points.xyz, [[0, 0, 0], [0, 1, 0]], atol=1e-12)
     np.testing.assert_allclose(points.centres - points.xyz, [[0, 0, 1]] * 2, atol=1e-12)
 

@@ -10,7 +10,7 @@ import pytest
 
 from box_scene import BoxScene, nadir_views, oblique_views
 from cityflow.core.camera import OrientedImage
-from cityflow.core.depth_map import DepthMap, points_of
+from cityflow.core.depth_map import DepthMap
 from cityflow.core.grid import Bounds
 from cityflow.core.local_frame import LocalFrame
 from cityflow.flow.store import Store
@@ -19,6 +19,7 @@ from cityflow.handover.depth_map_files import encode_depth_map
 from cityflow.handover.depth_reader import CheckedInputs, DepthInputs, PointReader, checked_points, compared, within
 from cityflow.handover.vote_files import ANYWHERE, VOTES, decode_boxes, decode_votes, encode_votes
 from cityflow.surface.witnesses import WitnessParameters
+from image_point_scenes import points_of, rotated
 
 TILES: dict[str, Bounds] = {"west": (-12.0, -10.0, 0.0, 10.0), "east": (0.0, -10.0, 12.0, 10.0)}
 
@@ -90,7 +91,7 @@ def test_votes_of_each_tile_give_the_points_of_who_compares_all(
     frame = LocalFrame("across_45", images[3].rotation * np.array([[1.0], [-1.0], [-1.0]]), np.array([3.0, -2.0, 1.0]))
     bounds = frame.bounds_of((-8.0, -4.0, 0.0, -2.0, 4.0, 3.0))
     tilted = checked_points(store, given, bounds, frame, colour=False)(bounds)
-    moved = whole.points(everything).rotated(frame.frame_from_world, frame.origin)
+    moved = rotated(whole.points(everything), frame.frame_from_world, frame.origin)
     assert np.allclose(tilted.xyz, moved.xyz[within(moved.xyz, bounds)], atol=1e-9)
     assert tilted.colour.shape == (len(tilted), 0)
     for path in paths[len(images) :]:

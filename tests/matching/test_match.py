@@ -14,7 +14,7 @@ import pytest
 import box_scene
 from cityflow.core.arrays import Float32Array
 from cityflow.core.camera import OrientedImage
-from cityflow.core.depth_map import DepthMap, points_of
+from cityflow.core.depth_map import DepthMap
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.parameters import merged
 from cityflow.core.pixels import ArrayPixels
@@ -23,6 +23,7 @@ from cityflow.matching import block_use
 from cityflow.matching.block_use import BlockUse
 from cityflow.matching.lattice import PairLattice
 from cityflow.matching.match import Matched, MatchParameters, match
+from image_point_scenes import points_of
 
 EVERYWHERE = GroundCells((-100.0, -100.0, 100.0, 100.0), 100.0, ((-1, -1), (-1, 0), (0, -1), (0, 0)))
 HEIGHTS = (-1.0, 9.0)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cityflow.core.depth_map import joined, points_of
+from cityflow.core.depth_map import joined
 from cityflow.flow.store import Store
 from cityflow.flow.task import Task
 from cityflow.handover.depth_map_files import decode_depth_map
@@ -14,6 +14,7 @@ from cityflow.io.catalog.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.workflow_parameters import CityParameters
 from cluster.small_flight import GSD_M, WORKFLOW, make_flight, truth
+from image_point_scenes import points_of
 from in_process import outcome_of, record_of
 
 

@@ -11,7 +11,7 @@ import pytest
 from cityflow.core.depth_map import ImagePoints, joined
 from cityflow.core.grid import Grid
 from cityflow.surface.fuse import FuseParameters, fill_steps, fuse
-from image_point_scenes import SIZE, depth_points, flight, moved, truth
+from image_point_scenes import SIZE, depth_points, flight, moved, rotated, truth
 
 CELL = 0.2
 GRID = Grid.covering((0, 0, SIZE, SIZE), CELL)
@@ -128,8 +128,8 @@ def test_a_tilted_frame_is_fused_like_the_world() -> None:
     s = np.sqrt(0.5)
     frame_from_world = np.array([[s, 0, s], [0, 1, 0], [-s, 0, s]])
     tilted = level(0.02)
-    world = tilted.rotated(frame_from_world.T, np.zeros(3))
-    found = fuse(world.rotated(frame_from_world, np.zeros(3)), Grid.covering((0, 0, 40 * CELL, 40 * CELL), CELL))
+    world = rotated(tilted, frame_from_world.T, np.zeros(3))
+    found = fuse(rotated(world, frame_from_world, np.zeros(3)), Grid.covering((0, 0, 40 * CELL, 40 * CELL), CELL))
     assert np.nanmax(np.abs(found.dsm - 10)) < 0.1
     assert np.isfinite(found.dsm).mean() > 0.99
 

@@ -10,10 +10,11 @@ import pytest
 import box_scene
 from box_scene import BOXES, BoxScene, nadir_views, oblique_views
 from cityflow.core.camera import OrientedImage
-from cityflow.core.depth_map import DepthMap, points_of
+from cityflow.core.depth_map import DepthMap
 from cityflow.surface import witnesses
 from cityflow.surface.witness_views import RUN, in_view, may_see, run_boxes, view_of
 from cityflow.surface.witnesses import Witness, WitnessParameters, words_for
+from image_point_scenes import points_of
 
 AROUND = (-12.0, -10.0, 12.0, 10.0)
 SPIRE = np.array([10.4, -7.0, 10.7, -6.7, 9.0])

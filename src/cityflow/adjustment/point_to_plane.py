@@ -169,7 +169,9 @@ def _gates(near: _Near, before: FloatArray) -> FloatArray:
     gate = np.empty(len(level))
     for group in (level, ~level):
         some = near.distance[group & counted]
-        gate[group] = max(OUTLYING * _spread(some if len(some) >= FEW else near.distance[counted]), LEAST_GATE_M)
+        gate[group] = max(
+            OUTLYING * spread_about_zero(some if len(some) >= FEW else near.distance[counted]), LEAST_GATE_M
+        )
     return gate
 
 
@@ -178,7 +180,8 @@ def _weights(distance: FloatArray, gate: FloatArray) -> FloatArray:
     return np.asarray((1.0 - (distance / gate) ** 2) ** 2 * (gate.min() / gate) ** 2)
 
 
-def _spread(distance: FloatArray) -> float:
+def spread_about_zero(distance: FloatArray) -> float:
+    """Robust standard deviation of distances about zero; 0 of none."""
     return 1.4826 * float(np.median(np.abs(distance))) if len(distance) else 0.0
 
 
@@ -216,7 +219,7 @@ def _judged(
         return None
     distance = near.distance[kept]
     middle, radius, design = _design(moved[kept], near.normal[kept])
-    weight, sigma = _weights(distance, gate[kept]), max(_spread(distance), 1e-6)
+    weight, sigma = _weights(distance, gate[kept]), max(spread_about_zero(distance), 1e-6)
     design = design[:, free]
     normal = (design * weight[:, None]).T @ design
     inverse = np.asarray(np.linalg.inv(normal + 1e-12 * float(np.trace(normal)) * np.eye(len(free))), np.float64)

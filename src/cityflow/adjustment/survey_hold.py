@@ -13,6 +13,7 @@ from scipy.sparse import coo_array, csr_array
 
 from cityflow.adjustment.block import Block, residuals, rotation_of, slopes, vector_of
 from cityflow.adjustment.normal_equations import Normal, Prior
+from cityflow.adjustment.point_to_plane import spread_about_zero
 from cityflow.adjustment.survey_patches import Kind
 from cityflow.adjustment.tracks import Ties
 from cityflow.adjustment.triangulation import robust_weights, summed, triangulated
@@ -188,7 +189,7 @@ class _Hold:
                 away = self._distances(now)
                 back = float(np.sum(root[wall] ** 2 * away[wall]) / np.sum(root[wall] ** 2))
         counts = np.array([np.sum((self.planes.kind == k) & (root > 0)) for k in Kind])
-        spread = np.array([_spread(off[(self.planes.kind == k) & (root > 0)]) for k in Kind])
+        spread = np.array([spread_about_zero(off[(self.planes.kind == k) & (root > 0)]) for k in Kind])
         block = replace(now, xyz=now.xyz[: self.count])
         return SurveyHeld(
             block, normal.covariances(), total, scale_sigma > FIRM_SCALE, self.middle,
@@ -207,7 +208,7 @@ class _Hold:
             own = (self.planes.kind == kind) & self.sound
             if not own.any():
                 continue
-            sigma[own] *= max(_spread(off[own] / self.sigma[own]), 1.0)
+            sigma[own] *= max(spread_about_zero(off[own] / self.sigma[own]), 1.0)
             sigma[own] = np.hypot(sigma[own], self._common(off, sigma, own))
         share = np.clip(1.0 - (off / (OUTLYING * sigma)) ** 2, 0.0, 1.0) * self.sound
         return np.asarray(share / sigma), off
@@ -269,7 +270,3 @@ def _groups(planes: Planes) -> IntArray:
     turn = np.where(planes.kind == Kind.LEVEL, 0, turn)
     key = np.column_stack([np.floor(planes.xyz[:, :2] / GROUP_M), planes.kind, turn])
     return np.asarray(np.unique(key, axis=0, return_inverse=True)[1].reshape(-1), np.int64)
-
-
-def _spread(values: FloatArray) -> float:
-    return 1.4826 * float(np.median(np.abs(values))) if len(values) else 0.0

@@ -83,11 +83,6 @@ class ImagePoints:
             self.names, self.centres,
         )  # fmt: skip
 
-    def rotated(self, frame_from_world: FloatArray, origin: FloatArray) -> ImagePoints:
-        """The same points in a frame whose coordinates are frame_from_world · (world - origin)."""
-        moved, centres = ((xyz - origin) @ frame_from_world.T for xyz in (self.xyz, self.centres))
-        return ImagePoints(moved, self.colour, self.image, self.views, self.sigma, self.names, centres)
-
 
 @njit(cache=True, nogil=True)
 def _box(xyz):  # type: ignore[no-untyped-def]
@@ -106,7 +101,7 @@ def standing_points(
 ) -> ImagePoints:
     """The pixels with votes (h, w) as points with these as `views`, where they stand in half-open `bounds`; with a frame, points and bounds are in it.
 
-    In one pass, with the numbers of `points_of` and `ImagePoints.rotated`.
+    In one pass; with the numbers of `world_points`.
     """
     camera, turned = image.camera, frame or IN_WORLD
     corner = float(depth_map.row) + 0.5, float(depth_map.col) + 0.5
@@ -180,17 +175,6 @@ def _numbers_within(xyz, bounds):  # type: ignore[no-untyped-def]
         found[n] = i
         n += (x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3])
     return found[:n]
-
-
-def points_of(depth_map: DepthMap, image: OrientedImage) -> ImagePoints:
-    """All pixels with a depth as world points, row by row; without colour where the map has none."""
-    pixel, xyz = world_points(depth_map.depth, (depth_map.row, depth_map.col), image)
-    bands = depth_map.colour.shape[-1]
-    colour = depth_map.colour.reshape(-1, bands).take(pixel, axis=0) if bands else np.empty((len(xyz), 0), np.uint8)
-    return ImagePoints(
-        xyz, colour, np.zeros(len(xyz), np.int64), depth_map.views.take(pixel), depth_map.sigma.take(pixel), (image.name,),
-        image.centre[None, :],
-    )  # fmt: skip
 
 
 def world_points(depth: Float32Array, corner: tuple[int, int], image: OrientedImage) -> tuple[IntArray, FloatArray]:
