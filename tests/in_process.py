@@ -13,6 +13,7 @@ from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.rasters.surface_zarr import LAYERS, create, image_layers
 from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.pipeline import STAGES
 from cityflow.survey.surface_source import LIDAR, ZARR
 
 Records = dict[tuple[str, str], Record]
@@ -38,6 +39,7 @@ def run_all(
     ready, records = list(source.initial()), Records()
     while ready:
         task = ready.pop(next_of(ready))
+        assert (task.function, task.version) in {(k.function, k.version) for k in STAGES[task.stage].kinds}
         record = (known or {}).get((task.stage, task.unit))
         if record is None or record.digest != task.digest:
             record = record_of(task, fate(task) or outcome_of(store, task))

@@ -82,6 +82,15 @@ def test_no_stage_reads_parameters_without_their_model() -> None:
     assert not found
 
 
+def test_tasks_of_stages_are_made_by_their_kinds() -> None:
+    """So that version, function and arguments are stated once, where the stage is; synthetic surveys have no stages."""
+    stages = {
+        name: text for name, text in _modules() if name.startswith("stages/") and not name.startswith("stages/synth/")
+    }
+    assert sum("TaskKind(" in text for text in stages.values()) >= 15
+    assert not {name for name, text in stages.items() if re.search(r"\bTask\(", text)}
+
+
 def _in_several_folders(names: Iterable[str]) -> set[str]:
     counts = Counter(Path(n).name for n in names if not n.endswith("__init__.py"))
     return {name for name, count in counts.items() if count > 1}

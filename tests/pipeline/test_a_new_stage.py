@@ -19,16 +19,14 @@ HOUSES = 4
 COUNT = '''"""Stage ``count``: how many corners the outline of a building has."""
 
 from cityflow.flow.stage import Cost, Place, Stage
-from cityflow.flow.task import Task
-from cityflow.flow.typed import as_json
+from cityflow.flow.task_kind import TaskKind
 from cityflow.handover.outline_lines import OutlineAt
 
 NAME = "count"
 
 
 def task(survey, unit):
-    given = as_json(unit.at)
-    return Task(NAME, unit.id, "cityflow.stages.count:run", 1, inputs={"outline": unit.digest}, arguments=given, limits=survey.limits(NAME))
+    return KIND.task(unit.id, unit.at, inputs={"outline": unit.digest}, limits=survey.limits(NAME))
 
 
 def run(workspace, task):
@@ -36,11 +34,14 @@ def run(workspace, task):
     return workspace.outcome(result={"corners": len(polygon.exterior.coords) - 1})
 
 
+KIND = TaskKind(NAME, 1, run, OutlineAt)
+
 STAGE = Stage(
     name=NAME,
     unit="building",
     place=Place.UNIT,
     text="outline → number of its corners",
+    kinds=(KIND,),
     task=lambda city, name: task(city.survey, city.units[name]),
     starts=lambda city, ended: city.chosen[ended[1]] if city.names_units(ended) else (),
     count=lambda city: city.count_units(),

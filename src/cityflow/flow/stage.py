@@ -9,6 +9,7 @@ from typing import Generic, TypeVar
 
 from cityflow.core.parameters import Parameters
 from cityflow.flow.task import Limits, Task
+from cityflow.flow.task_kind import TaskKind
 
 Node = tuple[str, str]
 """Stage and unit."""
@@ -90,7 +91,7 @@ def no_halo(_context: object) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stage(Generic[C]):
-    """One kind of task.
+    """A step of the flow: its kinds of tasks, and when and where each of them runs.
 
     Attributes
     ----------
@@ -98,7 +99,8 @@ class Stage(Generic[C]):
     unit : what there is a task of, for people
     place : what that is in a survey
     text : what it reads → what it leaves, for people
-    task : (context, unit) → the task; None where there is nothing to do, and those who wait go on
+    kinds : what its tasks run, each with its version and the dataclass of its arguments
+    task : (context, unit) → the task, of one of its kinds; None where there is nothing to do, and those who wait go on
     needs : what a task waits for, step after step: a step may ask what only the results of the step before tell. Each takes (context, unit) and gives
         the nodes; every one of them is wanted, too
     draft : (context, unit) → the task before what it waits for has ended (`flow.draft`); None where
@@ -120,6 +122,7 @@ class Stage(Generic[C]):
     unit: str
     place: Place
     text: str
+    kinds: Sequence[TaskKind]
     task: Callable[[C, str], Task | None]
     needs: Sequence[Callable[[C, str], Iterable[Node]]] = ()
     draft: Callable[[C, str], Task | None] | None = None

@@ -14,6 +14,7 @@ from cityflow.core.building import Status
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE, Patch, TexturePage
 from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Json, Outcome, Task
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.texture_files import ATLAS_CELL, PAGES, SETS, Rings, decode_unit
@@ -43,13 +44,11 @@ def task(survey: Survey, atlas_cell: str, units: Sequence[str]) -> Task | None:
     files = {u: next(iter(outputs.items())) for u, outputs in made.items() if outputs}
     if not files:
         return None
-    return Task(
-        NAME, atlas_cell, "cityflow.stages.atlas:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, atlas_cell, survey.parameters.atlas)),
+    return KIND.task(
+        atlas_cell, parameters=as_json(survey.parameters_of(NAME, atlas_cell, survey.parameters.atlas)),
         inputs={f"texture {u}": digest for u, (_, digest) in files.items()},
-        arguments=as_json(AtlasCellInputs({u: path for u, (path, _) in files.items()})),
+        given=AtlasCellInputs({u: path for u, (path, _) in files.items()}),
         limits=survey.limits(NAME),
-        in_place=True,
     )  # fmt: skip
 
 
@@ -162,11 +161,14 @@ def _count(city: City) -> int | None:
     return sum(len(atlas_cells_of(city, t)) for t in city.tiles) if known else None
 
 
+KIND = TaskKind(NAME, VERSION, run, AtlasCellInputs, in_place=True)
+
 STAGE = Stage(
     name=NAME,
     unit="atlas cell: a square of a ground tile",
     place=Place.ATLAS_CELL,
     text="patches of the units that it holds → pages shared by all formats",
+    kinds=(KIND,),
     needs=(_textures,),
     task=lambda city, atlas_cell: task(city.survey, atlas_cell, _units_on(city, atlas_cell)),
     asked=lambda city, name: city.survey.textures and city.exports(name.rpartition(".")[0]),

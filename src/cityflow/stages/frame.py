@@ -17,6 +17,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.colour_images import ColourInputs
@@ -118,9 +119,8 @@ def recipe(survey: Survey, unit: str) -> FrameRecipe:
     shown = sorted({n for names in seen.values() for n in names} & shown_here)
     colours, views = colour_sources(survey, shown)
     asked = FrameParameters(fuse=survey.parameters.image_surface.fuse, ortho=survey.parameters.ortho)
-    base = Task(
-        NAME, unit, "cityflow.stages.frame:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, unit, asked)), limits=survey.limits(NAME), in_place=True,
+    base = KIND.task(
+        unit, parameters=as_json(survey.parameters_of(NAME, unit, asked)), limits=survey.limits(NAME),
         shared={views.path: views.text},
     )  # fmt: skip
     depths = checked_sources(survey, (f for f in over if f.name in seen))
@@ -202,11 +202,14 @@ def _begins(city: City, turn: Node) -> Iterable[str]:
     return city.survey.images.tilted.units_over(tiles) if tiles and city.survey.source.kind == IMAGES else []
 
 
+KIND = TaskKind(NAME, VERSION, run, FrameInputs, in_place=True)
+
 STAGE = Stage(
     name=NAME,
     unit="tile of a local reference frame",
     place=Place.FRAME_TILE,
     text="depth maps with their votes of one cluster of oblique views → tilted DSM, true oblique ortho, on the frame's own grid",
+    kinds=(KIND,),
     needs=(_points,),
     task=task_by(recipe),
     draft=draft_by(recipe),

@@ -11,6 +11,7 @@ from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, grown
 from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Outcome, Task
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.depth_map_files import depth_map_name
@@ -75,9 +76,8 @@ class FuseRecipe(Recipe):
 
 def recipe(survey: Survey, name: str) -> FuseRecipe:
     """The fused surface of one tile, from the depth maps of the tile and of those around whose points it needs."""
-    base = Task(
-        NAME, name, "cityflow.stages.fuse:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.image_surface.fuse)), limits=survey.limits(NAME),
+    base = KIND.task(
+        name, parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.image_surface.fuse)), limits=survey.limits(NAME),
     )  # fmt: skip
     own = tuple((survey.matches.unit_of(f), f.reference) for f in flight_tiles_over(survey, [name]))
     lattice = survey.lattice
@@ -114,6 +114,8 @@ def _depth_maps(city: City, name: str) -> Iterable[Node]:
     return matches_over(city.survey, _tiles_around(city.survey, name))
 
 
+KIND = TaskKind(NAME, VERSION, run, FuseInputs)
+
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
@@ -122,6 +124,7 @@ STAGE = Stage(
         "depth maps of the tile and its rim, compared with all that look there → votes for each depth of the tile; of those that no others look "
         "through, one surface at the images' resolution, with precision and colour"
     ),
+    kinds=(KIND,),
     needs=(_depth_maps,),
     task=task_by(recipe),
     draft=draft_by(recipe),

@@ -15,6 +15,7 @@ from cityflow.core.pixels import ReducedPixels
 from cityflow.errors import CityflowError
 from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Limits, Outcome, Record, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.cached_reads import open_pixels
@@ -119,9 +120,8 @@ def recipe_over(survey: Survey, unit: str, over: Sequence[FlightTile]) -> MatchR
     tiles = tuple(GroundTile(f.tile, f.cells.tile, f.cells.chosen) for f in over)
     images = tuple(survey.images.flown[n].image for n in names)
     place = MatchPlace(tiles, over[0].cells.cell_m, view.heights, images)
-    base = Task(
-        NAME, unit, "cityflow.stages.match:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.match)), limits=survey.limits(NAME),
+    base = KIND.task(
+        unit, parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.match)), limits=survey.limits(NAME),
     )  # fmt: skip
     return MatchRecipe(base, place, names, survey.parameters.images.level)
 
@@ -201,11 +201,14 @@ def _images(city: City, unit: str) -> Iterable[Node]:
     return [("ingest", n) for n in (first.reference, *first.partners)]
 
 
+KIND = TaskKind(NAME, VERSION, run, MatchInputs)
+
 STAGE = Stage(
     name=NAME,
     unit="reference image",
     place=Place.IMAGE,
     text="the reference image and its partners → depth map with precision, agreeing partners and colour, in a part for each ground tile",
+    kinds=(KIND,),
     needs=(_images,),
     task=task_by(recipe),
     draft=draft_by(recipe),

@@ -13,6 +13,7 @@ from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.colour_images import ColourInputs
@@ -85,9 +86,8 @@ def recipe(survey: Survey, name: str) -> OrthoRecipe:
     """The ortho of one tile, from its surface, that of its ring, and the views of it that look down steepest; slanting ones colour what is left."""
     tile = survey.lattice.tiles[name]
     colours, views = colour_sources(survey, survey.images.ortho_images(tile))
-    base = Task(
-        NAME, name, "cityflow.stages.ortho:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.ortho)), limits=survey.limits(NAME), in_place=True,
+    base = KIND.task(
+        name, parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.ortho)), limits=survey.limits(NAME),
         shared={views.path: views.text},
     )  # fmt: skip
     slanting = frozenset(n for n in colours.digests if survey.images.is_slanting(n))
@@ -149,11 +149,14 @@ def _begins(city: City, turn: Node) -> Iterable[str]:
     return city.tiles_at(turn) if city.survey.source.kind == IMAGES else ()
 
 
+KIND = TaskKind(NAME, VERSION, run, OrthoInputs, in_place=True)
+
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
     place=Place.TILE,
     text="DSM of the tile and its ring, images → true ortho",
+    kinds=(KIND,),
     needs=(_surfaces_and_images,),
     task=task_by(recipe),
     draft=draft_by(recipe),

@@ -19,6 +19,7 @@ from cityflow.flow.json_writers import SHARED
 from cityflow.flow.stage import Cost, Node, Nodes, Place, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.cached_reads import read_points
@@ -86,18 +87,17 @@ def task(survey: Survey, outline: UnitEntry) -> Task:
     shown = _shown(survey, survey.lattice.tiles_under(outline))
     edits = edits_digest(survey.edits, outline.bounds)
     pieces = survey.index.over(grown(outline.bounds, AROUND_M)) if survey.source.kind == LIDAR else {}
-    return Task(
-        NAME, outline.id, "cityflow.stages.split:run", VERSION,
-        parameters=as_json(parameters),
+    return KIND.task(
+        outline.id, parameters=as_json(parameters),
         inputs={
             "outline": outline.digest, **_digests(survey, shown), **pieces,
             **({"edits": edits} if edits else {}), **({} if survey.looks_for_borders else {"borders": "drawn ones only"}),
             "frames": shown.digest,
         },
-        arguments=as_json(SplitInputs(
+        given=SplitInputs(
             outline.at, survey.surfaces, tuple(pieces), survey.source.kind == IMAGES, shown.frames, survey.edits.within(outline.bounds),
             survey.looks_for_borders,
-        )),
+        ),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -228,11 +228,14 @@ def _count(city: City) -> int | None:
     return sum(city.count_outlines[t] for t in city.tiles) if known else None
 
 
+KIND = TaskKind(NAME, VERSION, run, SplitInputs)
+
 STAGE = Stage(
     name=NAME,
     unit="outline",
     place=Place.OUTLINE,
     text="outline, orthos and surfaces of every look direction (or LiDAR) → cut lines, single units, principal directions",
+    kinds=(KIND,),
     needs=(_rasters,),
     task=lambda city, name: task(city.survey, city.outlines[name]),
     asked=lambda city, _: city.survey.splits,

@@ -19,6 +19,7 @@ from cityflow.flow.json_writers import SHARED
 from cityflow.flow.stage import Cost, Node, Nodes, Place, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.colour_images import ColourRows
@@ -101,15 +102,14 @@ def task(survey: Survey, unit: UnitEntry, neighbours: Sequence[UnitEntry], needs
         {*surfaces_around(survey, unit), *(t for u in blocks.values() for t in survey.lattice.tiles_under(u))}
     )
     hulls, models = survey.results.hulls(needs.models)
-    given = as_json(TextureInputs(
+    given = TextureInputs(
         unit.at, survey.outline_sigma_m, hulls,
         {u: FailedUnit(e.at, survey.results.hull(u).reason) for u, e in sorted(blocks.items())},
         unit.neighbours, survey.surfaces, rows, colours.unread, survey.ortho_inputs,
         survey.catalog.reference.code, survey.images.white,
-    ))  # fmt: skip
-    return Task(
-        NAME, unit.id, "cityflow.stages.texture:run", VERSION,
-        parameters=as_json(texture_parameters(survey, unit)),
+    )  # fmt: skip
+    return KIND.task(
+        unit.id, parameters=as_json(texture_parameters(survey, unit)),
         inputs={
             "models": models,
             **{f"surface {t}": survey.results.digest_of("surface", t) for t in tiles},
@@ -120,7 +120,7 @@ def task(survey: Survey, unit: UnitEntry, neighbours: Sequence[UnitEntry], needs
             # a survey of 8 bits is white at 255, whatever else is in the catalog
             **({"white": f"{survey.images.white:g}"} if survey.images.dtype != "uint8" else {}),
         },
-        arguments=given,
+        given=given,
         limits=survey.limits(NAME),
         shared=shared,
     )  # fmt: skip
@@ -258,6 +258,8 @@ def _halo_m(city: City) -> float:
     return max(p.around_m for p in (usual, *settings)) + LONGEST_M
 
 
+KIND = TaskKind(NAME, VERSION, run, TextureInputs)
+
 STAGE = Stage(
     name=NAME,
     unit="building",
@@ -266,6 +268,7 @@ STAGE = Stage(
         "hulls of the unit and of those around it, DSM, images that have it in their frame, given orthos → a patch for each face, raw and rectified, "
         "on an atlas of its own; of each texel, which image it is of"
     ),
+    kinds=(KIND,),
     needs=(_models_surfaces_images,),
     task=_task,
     asked=lambda city, _: city.survey.textures,

@@ -18,7 +18,8 @@ from cityflow.core.splitting import Splitting
 from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
-from cityflow.flow.typed import TaskInputs, as_json
+from cityflow.flow.task_kind import TaskKind
+from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.field_types import EditsField
 from cityflow.handover.outline_lines import OutlineAt, Standing, entries, lines, touching
@@ -83,18 +84,18 @@ def task(survey: Survey, name: str, own: Sequence[UnitEntry], beside: Sequence[U
     reasons = {o.id: survey.results.reason_of("split", o.id) for o in every}
     edits = [survey.edits.near(shapely.box(*o.bounds)) for o in every if len(survey.edits)]
     drawn = list(dict.fromkeys(line for e in edits for line in e.lines()))
-    return Task(
-        NAME, name, "cityflow.stages.units:run", VERSION,
+    return KIND.task(
+        name,
         inputs={
             **({"edits": digest_of(drawn)} if drawn else {}),
             **{f"outline {o.id}": o.digest for o in every}, **{p: d for s in splits.values() for p, d in s.items()},
             **{f"failed {o}": reason for o, reason in reasons.items() if not splits[o]},
         },
-        arguments=as_json(UnitsInputs(
+        given=UnitsInputs(
             tuple(o.id for o in own),
             {o.id: SplitOutline(o.at, o.tile, next(iter(splits[o.id]), None), reasons[o.id]) for o in every},
             Edits.from_lines(drawn),
-        )),
+        ),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -232,11 +233,14 @@ def _task(city: City, tile: str) -> Task:
     return task(city.survey, tile, every[:own], every[own:])
 
 
+KIND = TaskKind(NAME, VERSION, run, UnitsInputs)
+
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
     place=Place.TILE,
     text="split outlines of the tile and those that touch them → its units, noded",
+    kinds=(KIND,),
     needs=(_own_outlines, _outlines_beside, _splits_of_touching),
     task=_task,
     asked=lambda city, _: city.survey.splits,

@@ -9,6 +9,7 @@ from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, grown
 from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Outcome, Task
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.depth_reader import CheckedInputs, checked_points
@@ -53,9 +54,8 @@ class WallRecipe(Recipe):
 
 def recipe(survey: Survey, name: str) -> WallRecipe:
     """The wall points of one tile, from the depth maps of the tile and its rim."""
-    base = Task(
-        NAME, name, "cityflow.stages.walls:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, name, survey.wall_parameters)), limits=survey.limits(NAME),
+    base = KIND.task(
+        name, parameters=as_json(survey.parameters_of(NAME, name, survey.wall_parameters)), limits=survey.limits(NAME),
     )  # fmt: skip
     points = checked_sources(survey, flight_tiles_over(survey, _tiles_around(survey, name)))
     return WallRecipe(base, points, survey.lattice.tiles[name].bounds)
@@ -81,11 +81,14 @@ def _points(city: City, name: str) -> Iterable[Node]:
     return checked_over(city.survey, _tiles_around(city.survey, name))
 
 
+KIND = TaskKind(NAME, VERSION, run, WallInputs)
+
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
     place=Place.TILE,
     text="depth maps with their votes → points on façades, with the side that they are seen from",
+    kinds=(KIND,),
     needs=(_points,),
     task=task_by(recipe),
     draft=draft_by(recipe),

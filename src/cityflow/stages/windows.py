@@ -15,6 +15,7 @@ from cityflow.core.openings import UnitOpenings
 from cityflow.core.texture import FaceKey, FacePlane
 from cityflow.flow.stage import Cost, Place, Stage
 from cityflow.flow.task import Json, Outcome, Task
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.texture_files import Rings, decode_unit
@@ -48,11 +49,10 @@ def task(city: City, unit: UnitEntry) -> Task | None:
     if not textures or not texture_needs(city, unit).images:
         return None
     path, digest = next(iter(textures.items()))
-    return Task(
-        NAME, unit.id, "cityflow.stages.windows:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, unit.id, survey.parameters.windows)),
+    return KIND.task(
+        unit.id, parameters=as_json(survey.parameters_of(NAME, unit.id, survey.parameters.windows)),
         inputs={"texture": digest},
-        arguments=as_json(WindowInputs(path)),
+        given=WindowInputs(path),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -100,11 +100,14 @@ def _rounded(value: Any) -> float | None:
     return None if value is None else round(float(value), 4)
 
 
+KIND = TaskKind(NAME, VERSION, run, WindowInputs)
+
 STAGE: Stage[City] = Stage(
     name=NAME,
     unit="building that photographs show",
     place=Place.UNIT,
     text="rectified patches of its walls → windows and doors with a confidence, per wall their share, rows and the reason where nobody could look",
+    kinds=(KIND,),
     needs=(lambda _, name: [("texture", name)],),
     task=lambda city, name: task(city, city.units[name]),
     asked=lambda city, _: windows_are_wanted(city.survey),

@@ -11,6 +11,7 @@ from cityflow.core.grid import Bounds
 from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.export_rows import ROWS, encode_rows
@@ -101,21 +102,18 @@ def task(
     table = len(survey.lattice.tiles) > survey.parameters.export.join_up_to_tiles
     own_ortho = survey.lattice.product_grid if survey.reads_own_orthos else None
     orthos = DrapeInputs(own_ortho, survey.ortho_inputs, metadata.crs, survey.images.white)
-    return Task(
-        NAME, name, "cityflow.stages.export:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.export)),
+    return KIND.task(
+        name, parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.export)),
         inputs={**hulls, **lines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), **metadata_inputs(survey, metadata),
                 "others": digest_of(others), **({"parent": parent} if parent != COLLECTION else {}), **({"table": "units"} if table else {}),
                 **{what: digest_of(why) for what, why in (("without textures", bare), ("without windows", unseen)) if why},
                 **{f"windows {u}": digest for u, (_, digest) in opened.items()}},
-        arguments=as_json(ExportInputs(
+        given=ExportInputs(
             survey.lattice.tiles[name].bounds, survey.lattice.bounds, survey.surfaces, metadata, tuple(sorted(own)),
             {u: survey.results.hull(u) for u in sorted(u.id for u in units)},
             tuple(outlines), survey.textures, tuple(p for outputs in pages.values() for p in outputs if p.endswith(ATLAS_CELL)), bare,
             {u: path for u, (path, _) in opened.items()}, unseen, orthos, others, parent, table,
-        )),
-        limits=survey.limits(NAME),
-        in_place=True,
+        ), limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -281,6 +279,8 @@ def _task(city: City, unit: str) -> Task:
     return task(city.survey, unit, city.chosen[unit], shown, atlas_cells, merge.parent_of(city, unit))
 
 
+KIND = TaskKind(NAME, VERSION, run, ExportInputs, in_place=True)
+
 STAGE = Stage(
     name=NAME,
     unit="ground tile; merges of up to 64: districts, the city",
@@ -289,6 +289,7 @@ STAGE = Stage(
         "hulls of the tile and of their neighbours, pages of its atlas cells, windows of its units → party walls; CityJSON, CityGML, OBJ, 3D Tiles; "
         "terrain; STAC item; summary. Summaries → trees of tilesets, rasters and catalogs"
     ),
+    kinds=(KIND, merge.KIND),
     needs=(_parts, _units_of_ring, _units_beside, _what_it_shows),
     task=_task,
     asked=City.exports,

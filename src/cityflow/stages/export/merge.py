@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid
 from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.export_rows import ROWS
@@ -80,9 +81,8 @@ def task(city: City, unit: str) -> Task:
     joined, refused, once = _once(city) if unit == CITY else (None, NOBODY, "")
     parent, cell_m = parent_of(city, unit), survey.lattice.product_grid.cell
     metadata = survey.product_metadata()
-    return Task(
-        NAME, unit, "cityflow.stages.export.merge:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.export)),
+    return KIND.task(
+        unit, parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.export)),
         inputs={
             **{f"part {name}": digest for name, (_, digest) in parts.items()},
             "rasters": digest_of([rasters, cell_m, *survey.ortho_kind]), **metadata_inputs(survey, metadata),
@@ -90,12 +90,11 @@ def task(city: City, unit: str) -> Task:
             **{what: digest for what, digest in (("tables", digest_of(tables) if tables else ""), ("once", once)) if digest},
             **({"parent": parent} if parent != COLLECTION else {}),
         },
-        arguments=as_json(MergeInputs(
+        given=MergeInputs(
             {name: path for name, (path, _) in parts.items()}, tiles, rasters, survey.lattice.bounds, cell_m,
             *survey.ortho_kind, metadata, parent, tuple(map(table_path, tables)), joined, refused,
-        )),
+        ),
         limits=survey.limits(NAME),
-        in_place=True,
     )  # fmt: skip
 
 
@@ -227,3 +226,6 @@ def _box_over(boxes: Iterable[tuple[float, ...]]) -> tuple[float, ...] | None:
     """West, south, east, north over several."""
     known = [(w, s, e, n) for w, s, e, n in boxes]
     return around(known) if known else None
+
+
+KIND = TaskKind(NAME, VERSION, run, MergeInputs, in_place=True)

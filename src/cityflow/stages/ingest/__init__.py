@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from cityflow.flow.stage import START, Cost, Node, Place, Stage
 from cityflow.flow.task import Limits, Outcome, Task
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.source_file import SourceFile
@@ -34,11 +35,10 @@ class IndexParameters(TaskInputs):
 def points_task(survey: Survey, name: str) -> Task:
     """Index one LiDAR file."""
     asset = survey.lidar.files[name]
-    return Task(
-        NAME, name, "cityflow.stages.ingest:run_points", VERSION,
-        parameters=as_json(IndexParameters(survey.parameters.tiles.index_cell_m)),
+    return KIND.task(
+        name, parameters=as_json(IndexParameters(survey.parameters.tiles.index_cell_m)),
         inputs={"file": asset.checksum},
-        arguments=as_json(SourceFile(asset.href, asset.size, asset.checksum)),
+        given=SourceFile(asset.href, asset.size, asset.checksum),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -89,6 +89,8 @@ def _task(city: City, name: str) -> Task:
     return calibration.task(survey, name) if name.startswith(calibration.UNIT) else points_task(survey, name)
 
 
+KIND = TaskKind(NAME, VERSION, run_points, SourceFile)
+
 STAGE = Stage(
     name=NAME,
     unit="LiDAR file; image; camera with calibration frames; the outlines' file; the outlines dealt to a ground tile",
@@ -98,6 +100,7 @@ STAGE = Stage(
         "pyramid. Outlines → cleaned and named, their chains of neighbours dealt out to tiles; chains → noded, handed to the tiles that own them; how "
         "exact they are, by the façades in one LiDAR file"
     ),
+    kinds=(KIND, ingest_image.KIND, calibration.KIND, outlines_dealt.KIND, outlines_noded.KIND, outline_accuracy.KIND),
     needs=(_known_before, _sampled_file),
     task=_task,
     begins=_begins,

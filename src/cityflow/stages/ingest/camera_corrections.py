@@ -17,6 +17,7 @@ from rasterio.windows import Window
 from cityflow.core.arrays import Float32Array
 from cityflow.errors import CatalogError
 from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.array_file import decode_arrays, encode_arrays
@@ -63,11 +64,10 @@ def task(survey: Survey, unit: str) -> Task:
         matching(folder, name.replace("{camera}", camera)) for name in (raw.calibration.dark, raw.calibration.flat)
     )
     how = RawInput(bits=raw.bits, left_aligned=raw.left_aligned, calibration=raw.calibration)
-    return Task(
-        NAME, unit, "cityflow.stages.ingest.camera_corrections:run", VERSION,
-        parameters=as_json(how, without=("calibration.folder",)),
+    return KIND.task(
+        unit, parameters=as_json(how, without=("calibration.folder",)),
         inputs={"dark": digest_of([checksum(h) for h in darks]), "flat": digest_of([checksum(h) for h in flats])},
-        arguments=as_json(CalibrationInputs(folder, camera, tuple(darks), tuple(flats))),
+        given=CalibrationInputs(folder, camera, tuple(darks), tuple(flats)),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -262,3 +262,6 @@ def _size(shape: tuple[int, ...]) -> str:
 def _name(row: int) -> str:
     """Sorted by name they are sorted by row."""
     return f"rows_{row:06d}.cfa"
+
+
+KIND = TaskKind(NAME, VERSION, run, CalibrationInputs)

@@ -11,6 +11,7 @@ from cityflow.core.building import Status
 from cityflow.errors import CatalogError
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.field_types import OrientedField
@@ -61,10 +62,9 @@ def image_task(survey: Survey, name: str) -> Task:
         # size and date stand for the contents: reading the pictures of a whole flight in advance would take too long
         inputs["near infrared"] = digest_of(stamp(infrared))
     folders = ("calibration.folder", "near_infrared.folder")
-    return Task(
-        NAME, name, "cityflow.stages.ingest.images:run", VERSION,
-        parameters={} if raw.is_nothing else as_json(raw, without=folders), inputs=inputs,
-        arguments=as_json(ImageInputs(file, asset.oriented, *_corrections(survey, name), infrared)), limits=survey.limits(NAME),
+    return KIND.task(
+        name, parameters={} if raw.is_nothing else as_json(raw, without=folders), inputs=inputs,
+        given=ImageInputs(file, asset.oriented, *_corrections(survey, name), infrared), limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -124,3 +124,6 @@ def _develop(store: Store, given: ImageInputs, raw: RawInput, path: Path, target
         infrared = None if given.infrared is None else stack.enter_context(local_file(given.infrared))
         frame = Frame(path, href, given.image.camera, corrections, infrared, given.infrared or "")
         return develop(frame, raw, target, target.parent)
+
+
+KIND = TaskKind(NAME, VERSION, run, ImageInputs)

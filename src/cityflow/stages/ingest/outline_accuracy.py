@@ -14,6 +14,7 @@ from cityflow.core.building import Outline
 from cityflow.core.grid import grown, tiles_over
 from cityflow.core.json_values import finite
 from cityflow.flow.task import Outcome, Task
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.house_points import houses_of
@@ -49,11 +50,10 @@ def task(survey: Survey) -> Task:
     """Of the file that outlines were sampled from."""
     name, (path, digest) = survey.given.sample
     pieces = survey.index.of_file(name)
-    return Task(
-        NAME, ACCURACY, "cityflow.stages.ingest.outline_accuracy:run", VERSION,
-        parameters=as_json(AccuracyParameters(survey.parameters.outline.noding_tolerance_m)),
+    return KIND.task(
+        ACCURACY, parameters=as_json(AccuracyParameters(survey.parameters.outline.noding_tolerance_m)),
         inputs={"sample": digest, **pieces},
-        arguments=as_json(AccuracyInputs(path, tuple(pieces), survey.parameters.tiles.index_cell_m)),
+        given=AccuracyInputs(path, tuple(pieces), survey.parameters.tiles.index_cell_m),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -89,3 +89,6 @@ def _row_of_cells(outline: Outline, cell_m: float) -> tuple[float, float]:
     """Neighbours follow each other, so that pieces are read once."""
     x, y = outline.polygon.bounds[:2]
     return np.floor(y / cell_m), x
+
+
+KIND = TaskKind(NAME, VERSION, run, AccuracyInputs)

@@ -18,6 +18,7 @@ from cityflow.core.building import Outline
 from cityflow.core.edits import Edits
 from cityflow.core.grid import Bounds, tile_at
 from cityflow.flow.task import Json, Outcome, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.field_types import EditsField
@@ -75,8 +76,8 @@ def task(survey: Survey) -> Task:
     """Read and deal out the given outlines of the whole city."""
     asset = survey.catalog.outlines
     assert asset is not None
-    return Task(
-        NAME, OUTLINES, "cityflow.stages.ingest.outlines_dealt:run", VERSION,
+    return KIND.task(
+        OUTLINES,
         parameters=as_json(OutlinesParameters(
             survey.parameters.tiles.tile_m, survey.parameters.outline.noding_tolerance_m, asset.id_column, asset.id_format, asset.layer,
             survey.catalog.reference.code, {f.name: f.bounds for f in survey.lidar.files.values()},
@@ -85,9 +86,9 @@ def task(survey: Survey) -> Task:
             "file": asset.checksum, "tiles": digest_of(list(survey.lattice.tiles)),
             **({"edits": digest_of(survey.edits.lines())} if len(survey.edits) else {}),
         },
-        arguments=as_json(OutlinesInputs(
+        given=OutlinesInputs(
             SourceFile(asset.href, asset.size, asset.checksum), tuple(survey.lattice.tiles), survey.edits
-        )),
+        ),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -261,3 +262,6 @@ def _unique_names(refusals: Iterable[Refusal], taken: set[str]) -> list[Refusal]
         taken.add(name)
         named.append(replace(refusal, id=name))
     return named
+
+
+KIND = TaskKind(NAME, VERSION, run, OutlinesInputs)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from cityflow.core.building import Outline
 from cityflow.core.grid import tile_at
 from cityflow.flow.task import Json, Outcome, Task
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.outline_lines import Standing, lines, owned
@@ -54,9 +55,8 @@ def task(survey: Survey, tile: str) -> Task:
     parameters = NodingParameters(
         survey.parameters.tiles.tile_m, survey.parameters.outline.noding_tolerance_m, given.reached(tile), given.taken(tile)
     )  # fmt: skip
-    return Task(
-        NAME, noding_unit(tile), "cityflow.stages.ingest.outlines_noded:run", VERSION,
-        parameters=as_json(parameters), inputs={"outlines": digest}, arguments=as_json(NodingInputs(path)),
+    return KIND.task(
+        noding_unit(tile), parameters=as_json(parameters), inputs={"outlines": digest}, given=NodingInputs(path),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -92,3 +92,6 @@ def _beside(by_tile: Mapping[str, Sequence[Standing]], known: set[str]) -> dict[
     """Tiles whose outlines touch ones of a tile, where there are any."""
     near = {t: sorted({n for s in by_tile[t] for n in s.neighbour_tiles} - {t}) for t in sorted(known & by_tile.keys())}
     return {t: list(others) for t, others in near.items() if others}
+
+
+KIND = TaskKind(NAME, VERSION, run, NodingInputs)

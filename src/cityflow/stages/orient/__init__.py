@@ -21,6 +21,7 @@ from cityflow.core.building import Status
 from cityflow.core.control_points import ControlPoint
 from cityflow.errors import CatalogError
 from cityflow.flow.task import Json, Limits, Outcome, Record, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.field_types import OrientedField
@@ -146,10 +147,9 @@ class OrientSource:
         names = [n for n in (name, *self.partners[name]) if self._has_features(n)]
         images = tuple(self._tie_image(n) for n in names) if self._has_features(name) else ()
         asked = TieParameters(matching=self.parameters.matching, bound_px=self.parameters.bound_px)
-        return Task(
-            TIES, name, "cityflow.stages.orient:run_ties", VERSION,
-            parameters=as_json(asked),
-            inputs={f"image {n}": self._digest(n) for n in names}, arguments=as_json(TieInputs(images)), limits=ONE_IMAGE,
+        return TIES_KIND.task(
+            name, parameters=as_json(asked),
+            inputs={f"image {n}": self._digest(n) for n in names}, given=TieInputs(images), limits=ONE_IMAGE,
         )  # fmt: skip
 
     def _block(self) -> Task:
@@ -159,14 +159,14 @@ class OrientSource:
         given = BlockInputs(
             tuple(map(self._tie_image, names)), {n: next(iter(r.outputs)) for n, r in ties.items()}, points
         )
-        return Task(
-            ADJUST, BLOCK, "cityflow.stages.orient:run_adjust", ADJUST_VERSION, parameters=as_json(self.parameters.adjustment),
+        return ADJUST_KIND.task(
+            BLOCK, parameters=as_json(self.parameters.adjustment),
             inputs={
                 **{f"image {n}": self._digest(n) for n in names},
                 **{f"ties {n}": digest_of(list(r.outputs.values())) for n, r in ties.items()},
                 **({"points": digest_of([as_json(p) for p in points])} if points else {}),
             },
-            arguments=as_json(given), limits=WHOLE_BLOCK,
+            given=given, limits=WHOLE_BLOCK,
         )  # fmt: skip
 
     def _has_features(self, name: str) -> bool:
@@ -187,10 +187,9 @@ def feature_task(
     name: str, file: SourceFile, size: tuple[int, int], white: float, parameters: FeatureParameters
 ) -> Task:
     """The task of one image's points; `size` and `white` as in `FeatureInputs`."""
-    return Task(
-        FEATURES, name, "cityflow.stages.orient:run_features", VERSION,
-        parameters=as_json(parameters), inputs={"file": file.checksum, "white": digest_of(white)},
-        arguments=as_json(FeatureInputs(file, size, white)), limits=ONE_IMAGE,
+    return FEATURES_KIND.task(
+        name, parameters=as_json(parameters), inputs={"file": file.checksum, "white": digest_of(white)},
+        given=FeatureInputs(file, size, white), limits=ONE_IMAGE,
     )  # fmt: skip
 
 
@@ -268,3 +267,8 @@ def run_adjust(workspace: Workspace, task: Task) -> Outcome:
     workspace.write(BLOCK_TIES_FILE, encode_block_ties(found))
     workspace.write(BLOCK_FILE, json.dumps(text, sort_keys=True, separators=(",", ":"), allow_nan=False).encode())
     return workspace.outcome(result=summary)
+
+
+TIES_KIND = TaskKind(TIES, VERSION, run_ties, TieInputs)
+ADJUST_KIND = TaskKind(ADJUST, ADJUST_VERSION, run_adjust, BlockInputs)
+FEATURES_KIND = TaskKind(FEATURES, VERSION, run_features, FeatureInputs)

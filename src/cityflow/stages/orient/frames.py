@@ -14,6 +14,7 @@ from cityflow.core.photo_metadata import PhotoMetadata
 from cityflow.core.pixels import PixelArray
 from cityflow.errors import CatalogError
 from cityflow.flow.task import Limits, Outcome, Record, Task
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.sequence_files import OtherFrame, SequenceEntry, SequenceTable, encode_sequence
@@ -71,10 +72,9 @@ class FrameSource:
             "subtitles": given.subtitles,
             **{f"still {s.name}": s.file for s in given.stills},
         }
-        yield Task(
-            FRAMES, BLOCK, "cityflow.stages.orient.frames:run_frames", VERSION, parameters=as_json(self.parameters),
-            inputs={name: file.checksum for name, file in files.items() if file is not None},
-            arguments=as_json(given), limits=LIMITS,
+        yield FRAMES_KIND.task(
+            BLOCK, parameters=as_json(self.parameters), inputs={name: file.checksum for name, file in files.items() if file is not None},
+            given=given, limits=LIMITS,
         )  # fmt: skip
 
     def after(self, _task: Task, _record: Record) -> Iterable[Task]:
@@ -208,3 +208,6 @@ def _written(workspace: Workspace, choice: FrameChoice, entries: list[SequenceEn
 def chosen_in(record: Record) -> str:
     """RUN-relative path of the table of what a record's task has chosen."""
     return next(path for path in record.outputs if Path(path).name == FRAMES_FILE)
+
+
+FRAMES_KIND = TaskKind(FRAMES, VERSION, run_frames, FrameInputs)

@@ -15,6 +15,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.json_values import rounded
 from cityflow.errors import CatalogError
 from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.field_types import OrientedField
@@ -74,14 +75,13 @@ class GeoreferenceSource:
             [to_json(i.image), list(i.position or ()), list(i.sigmas_m or ()), i.station, d]
             for i, d in zip(asked.images, self.digests[1:], strict=True)
         ]
-        yield Task(
-            ADJUST, BLOCK, "cityflow.stages.orient.georeference:run_georeference", VERSION,
-            parameters={"arm": list(asked.arm or ()), "on_line": asked.on_line},
+        yield GEOREFERENCE_KIND.task(
+            BLOCK, parameters={"arm": list(asked.arm or ()), "on_line": asked.on_line},
             inputs={
                 "models": self.digests[0], "images": digest_of(images),
                 "points": digest_of([[as_json(p) for p in asked.points], sorted(asked.wrong.items())]),
             },
-            arguments=as_json(asked), limits=WHOLE_BLOCK,
+            given=asked, limits=WHOLE_BLOCK,
         )  # fmt: skip
 
     def after(self, task: Task, record: Record) -> Iterable[Task]:  # noqa: ARG002 - the signature of a source
@@ -150,3 +150,6 @@ def _figures(found: Georeferenced) -> dict[str, Json]:
             for k, (arm, sigma) in enumerate(zip(adjusted.arms, adjusted.arm_sigmas, strict=True)) if arm.any()
         ],
     }  # fmt: skip
+
+
+GEOREFERENCE_KIND = TaskKind(ADJUST, VERSION, run_georeference, GeoreferenceInputs)

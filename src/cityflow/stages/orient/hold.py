@@ -20,7 +20,8 @@ from cityflow.adjustment.survey_patches import Heights, patches_of
 from cityflow.core.arrays import FloatArray
 from cityflow.core.pixels import Pixels
 from cityflow.flow.task import Limits, Outcome, Task, digest_of
-from cityflow.flow.typed import TaskInputs, as_json
+from cityflow.flow.task_kind import TaskKind
+from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
 from cityflow.geometry.similarity import Similarity
 from cityflow.handover.field_types import OrientedField
@@ -76,16 +77,15 @@ class HoldInputs(TaskInputs):
 
 def hold_task(given: HoldInputs, digests: Mapping[str, str]) -> Task:
     """The task; `digests`: of the contents of the inputs that are paths."""
-    return Task(
-        HOLD, BLOCK, "cityflow.stages.orient.hold:run_hold", VERSION,
-        parameters={},
+    return HOLD_KIND.task(
+        BLOCK, parameters={},
         inputs={
             **digests,
             "sigmas": digest_of([given.sigma_px, given.position_sigma_m, given.angle_sigma_deg]), "crs": digest_of(given.crs),
             **{f"image {i.given.name}": digest_of([i.file.checksum, i.white, to_json(i.given), to_json(i.adjusted)]) for i in given.images},
             **{f"survey {k}": digest_of([f.kind, f.file.checksum, f.cell, f.layer]) for k, f in enumerate(given.survey)},
         },
-        arguments=as_json(given), limits=LIMITS,
+        given=given, limits=LIMITS,
     )  # fmt: skip
 
 
@@ -175,3 +175,6 @@ class _Pictures(ExitStack):
         pixels = open_image(tiled)
         self.callback(pixels.close)
         return pixels
+
+
+HOLD_KIND = TaskKind(HOLD, VERSION, run_hold, HoldInputs)

@@ -10,6 +10,7 @@ from cityflow.adjustment.relative_error import RelativeError, Systematic
 from cityflow.core.building import Status
 from cityflow.core.parameters import Parameters
 from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.oriented import to_json
@@ -72,10 +73,9 @@ def run_sample(_workspace: Workspace, task: Task) -> Outcome:
 
 
 def _task(star: Star) -> Task:
-    return Task(
-        SAMPLE, star.images[0].image.name, "cityflow.stages.orient.pair_sample:run_sample", SAMPLE_VERSION,
-        parameters=as_json(SampleParameters()), inputs={f"image {i.image.name}": _digest(i) for i in star.images},
-        arguments=as_json(star), limits=ONE_IMAGE,
+    return SAMPLE_KIND.task(
+        star.images[0].image.name, parameters=as_json(SampleParameters()), inputs={f"image {i.image.name}": _digest(i) for i in star.images},
+        given=star, limits=ONE_IMAGE,
     )  # fmt: skip
 
 
@@ -93,3 +93,6 @@ def _ties(result: Any) -> StarTies:
         for name in ("parallax", "heights")
     )
     return StarTies(parallax, heights, tuple((str(n), str(why)) for n, why in result["unread"]))
+
+
+SAMPLE_KIND = TaskKind(SAMPLE, SAMPLE_VERSION, run_sample, Star)

@@ -25,6 +25,7 @@ from cityflow.core.json_values import rounded
 from cityflow.core.parameters import Parameters
 from cityflow.errors import CatalogError
 from cityflow.flow.task import Json, Limits, Outcome, Record, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.mapped_models import encode_models
@@ -166,23 +167,20 @@ class PhotoSource:
     def _pairs(self) -> Task:
         names = self._with_points()
         photos = tuple(self._photo[n] for n in names)
-        return Task(
-            PAIRS, BLOCK, "cityflow.stages.orient.photographs:run_pairs", VERSION,
-            parameters=as_json(self.parameters.pairs),
+        return PAIRS_KIND.task(
+            BLOCK, parameters=as_json(self.parameters.pairs),
             inputs={
                 **{f"photograph {p.name}": digest_of([self._features_digest(p.name), list(p.place or ())]) for p in photos},
                 **({"sequence": digest_of(True)} if self.in_sequence else {}),
-            },
-            arguments=as_json(PairInputs(photos, self._paths(names), self.in_sequence)), limits=WHOLE_SURVEY,
+            }, given=PairInputs(photos, self._paths(names), self.in_sequence), limits=WHOLE_SURVEY,
         )  # fmt: skip
 
     def _match(self, name: str) -> Task:
         names = [name, *self.partners[name]]
         photos = tuple(self._photo[n] for n in names)
-        return Task(
-            MATCHES, name, "cityflow.stages.orient.photographs:run_matches", VERSION,
-            parameters=as_json(self.parameters.matching), inputs={f"photograph {n}": self._digest(n) for n in names},
-            arguments=as_json(MatchInputs(photos, self._paths(names), self.cameras)), limits=ONE_IMAGE,
+        return MATCHES_KIND.task(
+            name, parameters=as_json(self.parameters.matching), inputs={f"photograph {n}": self._digest(n) for n in names},
+            given=MatchInputs(photos, self._paths(names), self.cameras), limits=ONE_IMAGE,
         )  # fmt: skip
 
     def _map(self) -> Task:
@@ -190,16 +188,14 @@ class PhotoSource:
         done = {n: r for n, r in sorted(self._matches.items()) if r.status is not Status.FAILED}
         photos = tuple(self._photo[n] for n in names)
         paths = tuple(next(iter(r.outputs)) for r in done.values())
-        return Task(
-            MAP, BLOCK, "cityflow.stages.orient.photographs:run_map", MAP_VERSION,
-            parameters=as_json(MapParameters(calibration=self.parameters.calibration)),
+        return MAP_KIND.task(
+            BLOCK, parameters=as_json(MapParameters(calibration=self.parameters.calibration)),
             inputs={
                 **{f"photograph {n}": self._digest(n) for n in names},
                 **{f"matches {n}": digest_of(list(r.outputs.values())) for n, r in done.items()},
                 **({"sequence": digest_of(True)} if self.in_sequence else {}),
             },
-            arguments=as_json(MapInputs(photos, self._paths(names), self.cameras, tuple(done), paths, self.in_sequence)),
-            limits=WHOLE_SURVEY,
+            given=MapInputs(photos, self._paths(names), self.cameras, tuple(done), paths, self.in_sequence), limits=WHOLE_SURVEY,
         )  # fmt: skip
 
     def _with_points(self) -> list[str]:
@@ -297,3 +293,8 @@ def run_map(workspace: Workspace, task: Task) -> Outcome:
         "reprojection_px": rounded(first.reprojection_px, 4) if first else None,
     }  # fmt: skip
     return workspace.outcome(result=result)
+
+
+PAIRS_KIND = TaskKind(PAIRS, VERSION, run_pairs, PairInputs)
+MATCHES_KIND = TaskKind(MATCHES, VERSION, run_matches, MatchInputs)
+MAP_KIND = TaskKind(MAP, MAP_VERSION, run_map, MapInputs)

@@ -18,7 +18,8 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds, Grid
 from cityflow.errors import CatalogError
 from cityflow.flow.task import Limits, Outcome, Record, Task, digest_of
-from cityflow.flow.typed import TaskInputs, as_json
+from cityflow.flow.task_kind import TaskKind
+from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.registration_file import encode_registration
 from cityflow.handover.source_file import SourceFile
@@ -101,14 +102,13 @@ def register_task(points: str, digest: str, survey: Catalog, search: Search) -> 
     survey : a catalog with LiDAR files, a DSM or outlines
     """
     files, shift = survey_files(survey), search.shift_m if np.isfinite(search.shift_m) else None
-    return Task(
-        REGISTER, BLOCK, "cityflow.stages.orient.register:run_register", VERSION,
-        parameters={"yaw_deg": search.yaw_deg, "scale": search.scale, "shift_m": shift},
+    return REGISTER_KIND.task(
+        BLOCK, parameters={"yaw_deg": search.yaw_deg, "scale": search.scale, "shift_m": shift},
         inputs={
             "points": digest, "crs": digest_of(survey.reference.code),
             **{f"survey {k}": digest_of([f.kind, f.file.checksum, f.cell, f.layer]) for k, f in enumerate(files)},
         },
-        arguments=as_json(RegisterInputs(points, files, survey.reference.code, search.yaw_deg, search.scale, shift)),
+        given=RegisterInputs(points, files, survey.reference.code, search.yaw_deg, search.scale, shift),
         limits=LIMITS,
     )  # fmt: skip
 
@@ -246,3 +246,6 @@ def _one_per_voxel(xyz: FloatArray) -> FloatArray:
     key = (cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2]
     first = np.unique(key, return_index=True)[1]
     return np.asarray(xyz[np.sort(first)])
+
+
+REGISTER_KIND = TaskKind(REGISTER, VERSION, run_register, RegisterInputs)

@@ -13,6 +13,7 @@ from cityflow.core.grid import Tile
 from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Outcome, Task
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.field_types import EditsField
@@ -110,17 +111,15 @@ def _given_task(survey: Survey, name: str) -> Task:
     inputs = {f.name: f.digest for f in (*mine, *refused)} | lost
     given = GivenInputs(_paths(mine), _paths(refused), lost)
     if not mine or not outline_walls.are_looked_for(survey):
-        return Task(
-            NAME, name, "cityflow.stages.outline:run_given", VERSION,
-            inputs=inputs, arguments=as_json(given), limits=survey.limits(NAME),
+        return GIVEN_KIND.task(
+            name, inputs=inputs, given=given, limits=survey.limits(NAME),
         )  # fmt: skip
     others = survey.given.beside(name)
     asked = survey.parameters_of(NAME, name, survey.outline_parameters)
-    return Task(
-        NAME, name, "cityflow.stages.outline:run_walled", VERSION,
-        parameters=as_json(WalledParameters(asked.walls_in, survey.outline_sigma_m)),
+    return WALLED_KIND.task(
+        name, parameters=as_json(WalledParameters(asked.walls_in, survey.outline_sigma_m)),
         inputs={**inputs, **{f.name: f.digest for f in others}, **outline_walls.inputs_of(survey, name)},
-        arguments=as_json(replace(given, others=_paths(others), facades=outline_walls.facades_of(survey, name))),
+        given=replace(given, others=_paths(others), facades=outline_walls.facades_of(survey, name)),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -216,9 +215,8 @@ def found_recipe(survey: Survey, name: str) -> FoundRecipe:
         survey.lattice.tiles[name], tuple(seen), survey.surfaces, None, {}, tuple(points), survey.parameters.tiles.index_cell_m,
         survey.edits.within(around),
     )  # fmt: skip
-    base = Task(
-        NAME, name, "cityflow.stages.outline:run_found", VERSION,
-        parameters=as_json(FoundParameters(asked.found, asked.walls_in)), limits=survey.limits(NAME),
+    base = FOUND_KIND.task(
+        name, parameters=as_json(FoundParameters(asked.found, asked.walls_in)), limits=survey.limits(NAME),
     )  # fmt: skip
     return FoundRecipe(base, given, survey.sees_walls, {**points, **unread, **({"edits": edits} if edits else {})})
 
@@ -274,6 +272,10 @@ def _seen(store: Store, given: FoundInputs, outlines: Sequence[Outline], surface
     return outline_walls.scanned_houses(store, given.points, given.index_cell_m, outlines, surface.grid, terrain)
 
 
+GIVEN_KIND = TaskKind(NAME, VERSION, run_given, GivenInputs)
+WALLED_KIND = TaskKind(NAME, VERSION, run_walled, GivenInputs)
+FOUND_KIND = TaskKind(NAME, VERSION, run_found, FoundInputs)
+
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
@@ -282,6 +284,7 @@ STAGE = Stage(
         "noded given outlines, or nDSM, classes and façades → found ones; a laser's points around them. Walls move in from rims of roofs where façades are "
         "known inside. Outlines of the tile: those whose representative point it holds"
     ),
+    kinds=(GIVEN_KIND, WALLED_KIND, FOUND_KIND),
     needs=(needs.sources, needs.noding),
     task=lambda city, name: task(city.survey, name),
     draft=_draft,

@@ -14,6 +14,7 @@ from cityflow.core.reconstruction import Evidence
 from cityflow.errors import RefusedUnit
 from cityflow.flow.stage import Cost, Node, Nodes, Place, Stage
 from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.field_types import EditsField
@@ -66,12 +67,11 @@ def task(survey: Survey, unit: UnitEntry) -> Task:
     near = survey.edits.within(unit.bounds)
     depends_on, evidence = evidence_of(survey, unit)
     roofs = Edits(roof_types=near.roof_types) if len(near) else near
-    return Task(
-        NAME, unit.id, "cityflow.stages.reconstruct:run", VERSION,
-        parameters=as_json(_parameters(survey, unit.id)),
+    return KIND.task(
+        unit.id, parameters=as_json(_parameters(survey, unit.id)),
         inputs={"outline": unit.digest, **depends_on, "source": digest_of(source),
                 **({"edits": digest_of(roofs.lines())} if len(roofs) else {})},
-        arguments=as_json(UnitInputs(unit.at, evidence, source, roofs)),
+        given=UnitInputs(unit.at, evidence, source, roofs),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -84,9 +84,8 @@ def _parameters(survey: Survey, unit: str) -> ModelParameters:
 
 def refused_task(survey: Survey, unit: str, reason: str) -> Task:
     """A record for an outline that cannot be a building."""
-    return Task(
-        NAME, unit, "cityflow.stages.reconstruct:refuse", VERSION,
-        inputs={"reason": reason}, arguments=as_json(RefusedInputs(reason)), limits=survey.limits(NAME),
+    return REFUSED_KIND.task(
+        unit, inputs={"reason": reason}, given=RefusedInputs(reason), limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -185,11 +184,15 @@ def _task(city: City, name: str) -> Task:
     return refused_task(city.survey, name, city.refused[name]) if unit is None else task(city.survey, unit)
 
 
+KIND = TaskKind(NAME, VERSION, run, UnitInputs)
+REFUSED_KIND = TaskKind(NAME, VERSION, refuse, RefusedInputs)
+
 STAGE = Stage(
     name=NAME,
     unit="building",
     place=Place.UNIT,
     text="outline, points, façades, DSM and DTM, orthos → hull at LoD 1.2, 1.3, 2.2 with its measures and overhangs; every candidate with its scores",
+    kinds=(KIND, REFUSED_KIND),
     needs=(_evidence,),
     task=_task,
     starts=_starts,

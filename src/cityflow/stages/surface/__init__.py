@@ -13,6 +13,7 @@ from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Outcome, Record, Task
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.cached_reads import read_points
@@ -56,18 +57,16 @@ def task(survey: Survey, name: str) -> Task:
     model = survey.parameters.surface
     pieces, unread = survey.index.over(tile.buffered(model.halo_m)), survey.unread(tile.buffered(model.halo_m))
     dtm = survey.catalog.rasters.get("dtm")
-    return Task(
-        NAME, name, "cityflow.stages.surface:run", VERSION,
-        parameters=as_json(_parameters(survey, name)),
+    return KIND.task(
+        name, parameters=as_json(_parameters(survey, name)),
         inputs={
             **pieces, **{f"unread {f}": "missing" for f in unread}, "grid": survey.lattice.place,
             **({"dtm": dtm.checksum} if dtm else {}),
         },
-        arguments=as_json(SurfaceInputs(
+        given=SurfaceInputs(
             tile.bounds, survey.lattice.grid, tuple(pieces), tuple(unread), dtm.href if dtm else None, survey.catalog.reference.code
-        )),
+        ),
         limits=survey.limits(NAME),
-        in_place=True,
     )  # fmt: skip
 
 
@@ -146,6 +145,8 @@ def _sources(city: City, name: str) -> Iterable[Node]:
     return [("ingest", f.name) for f in survey.lidar.assets_near(survey.lattice.tiles[name])]
 
 
+KIND = TaskKind(NAME, VERSION, run, SurfaceInputs, in_place=True)
+
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
@@ -154,6 +155,7 @@ STAGE = Stage(
         "points of the tile and its halo (LiDAR), or what is fused of it and around it (images), or a given DSM → the tile's chunk of DSM, DTM, nDSM, "
         "classes, count, hole mask; classified points"
     ),
+    kinds=(KIND, surface_images.KIND, surface_rasters.KIND),
     needs=(_sources,),
     task=lambda city, name: _TASKS[city.survey.source.kind](city.survey, name),
     draft=_draft,

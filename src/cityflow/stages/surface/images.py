@@ -16,6 +16,7 @@ from cityflow.core.ground_cells import GroundCells
 from cityflow.core.points import PointCloud
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
+from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.depth_reader import CheckedInputs, checked_points
@@ -156,9 +157,8 @@ def recipe(survey: Survey, name: str) -> ImageSurfaceRecipe:
     lattice, context_m = survey.lattice, survey.parameters.image_surface.context_m
     tile, ring = lattice.tiles[name], lattice.near(name, context_m)
     dtm = survey.catalog.rasters.get("dtm")
-    base = Task(
-        NAME, name, "cityflow.stages.surface.images:run", VERSION,
-        parameters=parameters_of(survey, name), limits=survey.limits(NAME), in_place=True,
+    base = KIND.task(
+        name, parameters=parameters_of(survey, name), limits=survey.limits(NAME),
     )  # fmt: skip
     return ImageSurfaceRecipe(
         base, checked_sources(survey, survey.images.flight_tiles(tile)), tuple(ring), lattice.place, tile.bounds, survey.surfaces,
@@ -265,3 +265,6 @@ def write_pieces(workspace: Workspace, cloud: PointCloud, bounds: Bounds, cell_m
         part = cloud.within(cell.bounds)
         if len(part):
             workspace.write(f"{cell.name}.laz", write_points(part, PIECE_SCALE_M))
+
+
+KIND = TaskKind(NAME, VERSION, run, ImageSurfaceInputs, in_place=True)

@@ -14,7 +14,8 @@ from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.reference import Reference
 from cityflow.flow.task import Outcome, Record, Task
-from cityflow.flow.typed import TaskInputs, as_json
+from cityflow.flow.task_kind import TaskKind
+from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.layer_files import given_colours, given_dtm, publish_rasters, store_layers
 from cityflow.handover.surfaces import Surfaces
@@ -59,16 +60,14 @@ class RasterSurfaceInputs(TaskInputs):
 def task(survey: Survey, name: str) -> Task:
     """The surface of one tile from the catalog's rasters."""
     rasters = {kind: r for kind, r in sorted(survey.catalog.rasters.items()) if kind in RASTER_KINDS}
-    return Task(
-        NAME, name, "cityflow.stages.surface.rasters:run", VERSION,
-        parameters=parameters_of(survey, name),
+    return KIND.task(
+        name, parameters=parameters_of(survey, name),
         inputs={**{kind: r.checksum for kind, r in rasters.items()}, "grid": survey.lattice.place},
-        arguments=as_json(RasterSurfaceInputs(
+        given=RasterSurfaceInputs(
             survey.lattice.tiles[name].bounds, survey.surfaces, {kind: r.href for kind, r in rasters.items()}, rasters["dsm"].cell,
             survey.parameters.tiles.index_cell_m, survey.catalog.reference.code,
-        )),
+        ),
         limits=survey.limits(NAME),
-        in_place=True,
     )  # fmt: skip
 
 
@@ -127,3 +126,6 @@ def _write_ortho(workspace: Workspace, tile: str, given: RasterSurfaceInputs, gr
     store_layers(workspace, ZARR, given.surfaces.fine, grid, {"ortho": colour, "ortho_seen": seen})
     alpha: NDArray[Any] = np.where(seen, 255, 0).astype(np.uint8)
     publish_rasters(workspace, tile, given.crs, grid, {"ortho": np.concatenate([colour, alpha[None]])})
+
+
+KIND = TaskKind(NAME, VERSION, run, RasterSurfaceInputs, in_place=True)
