@@ -56,10 +56,10 @@ PRODUCTS = {
     "products/city.city.jsonl": ("CityJSON", "The whole city, CityJSONSeq 2.0"),
     "products/cityjson": ("CityJSON by tile", "CityJSONSeq 2.0, one file per ground tile"),
     "products/citygml": ("CityGML by tile", "CityGML 2.0 with terrain"),
-    "products/obj": ("OBJ by tile", "Meshes with materials by surface type"),
-    "products/obj_rectified": (
-        "OBJ by tile, rectified",
-        "The same with rectified textures, for programs that do not divide",
+    "products/obj": ("OBJ by tile", "Meshes with textures and materials by surface type"),
+    "products/obj_raw": (
+        "OBJ by tile, raw",
+        "The same with textures that are not resampled, for renderers that divide",
     ),
     "products/glb": ("GLB by tile", "A node per building, for Blender and game engines"),
     "products/outlines.gpkg": ("GeoPackage", "Outlines, units with all attributes, map of status"),

@@ -122,7 +122,7 @@ class ExportParameters(Parameters):
 
     formats: tuple[FormatName, ...] = Field(
         ("cityjson", "citygml", "obj", "tiles3d"),
-        description="formats per tile; obj has triplets for programs that divide, obj_rectified is for all others; glb has a node per building",
+        description="formats per tile; obj_raw has textures in the geometry of the photographs, for renderers that divide; glb has a node per building",
     )
     root_transform: tuple[float, ...] | None = Field(
         None, min_length=16, max_length=16,

@@ -76,7 +76,7 @@ def _head(name: str, reference: Reference, origin: Transform, appearance: Appear
     yield f"# add the offset {origin.x} {origin.y} {origin.z} to get world coordinates; attributes in {name}.json"
     if appearance.textures is not None and not appearance.textures.rectified:
         yield "# vt is (u*d, v*d, d): divide the first two by the third at every pixel, after interpolation;"
-        yield "# a program that does not divide needs the rectified set, in which the third number is 1"
+        yield "# a program that does not divide needs the format obj, in which the third number is 1"
     elif appearance.textures is not None:
         yield "# vt is (u, v, 1): rectified textures, nothing to divide"
     yield f"mtllib {name}.mtl"

@@ -16,7 +16,7 @@ TITLES: Mapping[str, str] = {
     "cityjson": "City model (CityJSONSeq 2.0)",
     "citygml": "City model (CityGML 2.0)",
     "obj": "City model (OBJ)",
-    "obj_rectified": "City model (OBJ, rectified textures)",
+    "obj_raw": "City model (OBJ, textures in the geometry of the photographs)",
     "tiles3d": "City model (3D Tiles 1.1)",
     "glb": "City model (GLB, a node per building)",
 }

@@ -1,4 +1,4 @@
-"""``obj_rectified/TILE.obj``: OBJ for programs that do not divide."""
+"""``obj_raw/TILE.obj``: OBJ for renderers that divide, with textures in the geometry of the photographs; its texture coordinates are triplets."""
 
 from __future__ import annotations
 
@@ -9,4 +9,4 @@ from cityflow.io.export_formats.tile import CityTile, Files
 
 def write(tile: CityTile) -> Files:
     """For `formats.written`."""
-    return obj_files(tile, folder_of("obj_rectified"), tile.rectified)
+    return obj_files(tile, folder_of("obj_raw"), tile.raw)
