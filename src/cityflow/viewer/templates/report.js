@@ -181,7 +181,7 @@ document.addEventListener("click", event => {
 });
 
 // Table of all units
-const columns = [["id", "Building", plain], ["verdict", "Verdict", null], ["status", "Status", null], ["tile", "Tile", plain], ["lod", "LoD", plain], ["method", "Method", plain], ["planes", "Planes", v => plain(v || null), 1], ["nmad", "NMAD", cm, 1], ["rmse", "RMSE", cm, 1], ["share_explained", "On planes", percent, 1], ["seconds", "Time", time, 1], ["verdict_reason", "What speaks against it", v => v || ""], ["reason", "Reason", v => v || ""]];
+const columns = [["id", "Building", plain], ["verdict", "Verdict", null], ["status", "Status", null], ["tile", "Tile", plain], ["lod", "LoD", plain], ["method", "Method", plain], ["planes", "Planes", v => plain(v || null), 1], ["nmad", "NMAD", cm, 1], ["rmse", "RMSE", cm, 1], ["share_explained", "On planes", percent, 1], ["seconds", "Time", time, 1]];
 const head = $("#all thead tr"), body = $("#all tbody"), perPage = 50;
 let sort = "id", down = false, page = 0, rows = [];
 const render = () => {
@@ -199,12 +199,14 @@ const render = () => {
     const tr = make("tr");
     for (const [name, , format, numeric] of columns) {
       const td = make(name === "id" ? "th" : "td", undefined, numeric ? "n" : undefined);
-      if (name === "id") { td.scope = "row"; const b = make("button", value(r, "id"), "link show"); b.type = "button"; b.dataset.row = r; td.append(b); }
+      if (name === "id") { td.scope = "row"; td.className = "id"; const b = make("button", value(r, "id"), "link show"); b.type = "button"; b.dataset.row = r; td.append(b); }
       else if (name === "status" || name === "verdict") td.append(value(r, name) ? chip(value(r, name)) : "–");
       else td.textContent = format(value(r, name));
       tr.append(td);
     }
     body.append(tr);
+    const why = [value(r, "reason"), value(r, "verdict_reason")].filter(Boolean).join("; ");
+    if (why) { const below = make("tr", undefined, "why"), td = make("td", why); td.colSpan = columns.length; below.append(td); body.append(below); }
   }
   $("#count").textContent = rows.length.toLocaleString("en") + (rows.length === 1 ? " building" : " buildings");
   $("#page").textContent = "Page " + (page + 1) + " of " + pages;
