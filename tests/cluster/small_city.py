@@ -50,7 +50,7 @@ WORKFLOW: dict[str, Any] = {
     "name": "small_city",
     "tiles": {"tile_m": 100, "index_cell_m": 50},
     "surface": {"cell_m": 0.5, "dtm": {"method": "classified", "classified": {"largest_window_m": 20}}},
-    "outline": {"found": {"halo_m": 50}},
+    "outline": {"found": {"halo_m": 50, "reach_m": 50}},
     "reconstruct": {"methods": ["orientation_histogram", "extruded"], "sparse_per_m2": 0},
     "export": {"formats": ["cityjson", "citygml", "obj"]},
     "report": {"pages": {"failed": 1, "refused": 1, "degraded": 1, "listed": 1}},

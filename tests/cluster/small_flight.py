@@ -28,7 +28,7 @@ WORKFLOW: dict[str, Any] = {
     "points": {"source": "images"},
     "orient": {"refine": "never"},
     "flight": {"reference_images": {"cell_m": 8}},
-    "outline": {"found": {"halo_m": 50}},
+    "outline": {"found": {"halo_m": 50, "reach_m": 50}},
     "reconstruct": {"methods": ["orientation_histogram", "extruded"]},
     "export": {"formats": ["cityjson", "obj"]},
 }

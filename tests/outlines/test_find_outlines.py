@@ -9,7 +9,7 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import HIGH_VEGETATION
 from cityflow.evaluation.outlines import compare_outlines
-from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
+from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines, is_seen_whole
 
 EXACT = FindParameters(spot_m=0.0)
 
@@ -92,9 +92,31 @@ def test_another_window_around_it_gives_the_same_outline() -> None:
     assert shapely.hausdorff_distance(a.polygon, b.polygon) < 1e-3
 
 
-def test_what_is_wider_than_the_halo_is_cut_where_the_tiles_meet() -> None:
+def test_a_wide_building_is_whole_where_more_of_it_is_read() -> None:
     truth = box(85005, 447510, 85095, 447522)
-    parameters = EXACT.model_copy(update={"halo_m": 40.0})
+    parameters = EXACT.model_copy(update={"halo_m": 40.0, "reach_m": 100.0})
+    found = []
+    for x_min in (85000.0, 85050.0):
+        core = (x_min, 447500.0, x_min + 50, 447550.0)
+        near = surface_of([truth], (x_min - 40, 447460.0, x_min + 90, 447590.0), core=core)
+        assert not is_seen_whole(near, parameters)
+        found += find_outlines(
+            surface_of([truth], (x_min - 100, 447400.0, x_min + 150, 447650.0), core=core), parameters
+        )
+    assert len({o.id for o in found}) == 1
+    assert all(compare_outlines([o.polygon], [truth]).iou > 0.93 for o in found)
+    assert not any("cut" in o.remark for o in found)
+
+
+def test_a_building_of_the_next_tile_asks_for_nothing() -> None:
+    core = (85000.0, 447500.0, 85050.0, 447550.0)
+    beside = surface_of([box(85055, 447510, 85089, 447522)], (84960.0, 447460.0, 85090.0, 447590.0), core=core)
+    assert is_seen_whole(beside, EXACT.model_copy(update={"halo_m": 30.0}))
+
+
+def test_what_is_wider_than_what_is_read_is_cut_where_the_tiles_meet() -> None:
+    truth = box(85005, 447510, 85095, 447522)
+    parameters = EXACT.model_copy(update={"halo_m": 40.0, "reach_m": 40.0})
     parts = []
     for x_min in (85000.0, 85050.0):
         core = (x_min, 447500.0, x_min + 50, 447550.0)

@@ -12,6 +12,7 @@ from shapely import Polygon
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Outline
 from cityflow.core.facade_points import WallPoints
+from cityflow.core.grid import Bounds, grown
 from cityflow.outlines.footprint_parameters import FindParameters
 from cityflow.outlines.from_heights.footprint_roofs import orientations_of, roof_outlines
 from cityflow.outlines.from_heights.regions import (
@@ -40,8 +41,10 @@ from cityflow.outlines.joined.combine_places import Places
 from cityflow.outlines.joined.combine_wall_bases import known_walls
 from cityflow.outlines.noded.noding import node_outlines
 
-__all__ = ["FindParameters", "RegionSurface", "find_outlines"]
+__all__ = ["FindParameters", "RegionSurface", "bounds_of_regions", "find_outlines", "is_seen_whole"]
 
+AROUND_M = 10.0
+"""How far from a roof its façades and their ends are looked for, m; set by hand, several times what eaves reach."""
 _NODING_M = 0.05
 """Gaps and overlaps below this are closed, m: the default of `outline.noding_tolerance_m`."""
 
@@ -49,8 +52,8 @@ _NODING_M = 0.05
 def find_outlines(surface: RegionSurface, parameters: FindParameters | None = None) -> list[Outline]:
     """Outlines of the building regions of one tile and its halo, noded, with ids from their geometry.
 
-    Keep those whose representative point the tile owns. A region wider than the halo is cut along the edges of the
-    tile's core, if that is given, so that neighbouring tiles agree on it.
+    Keep those whose representative point the tile owns. A region wider than `parameters.widest_m` is cut along the edges
+    of the tile's core, if that is given, so that neighbouring tiles agree on it.
 
     Parameters
     ----------
@@ -61,6 +64,17 @@ def find_outlines(surface: RegionSurface, parameters: FindParameters | None = No
     if surface.walls is None or not len(surface.walls):
         return _from_roofs(surface, chosen)
     return _from_walls(surface, surface.walls, chosen)
+
+
+def is_seen_whole(surface: RegionSurface, parameters: FindParameters) -> bool:
+    """Whether no region of the tile is so wide that it may end beyond `parameters.halo_m` around it."""
+    return all(r.width_m <= parameters.halo_m for r in building_regions(surface, parameters.regions))
+
+
+def bounds_of_regions(surface: RegionSurface, parameters: FindParameters) -> list[Bounds]:
+    """Places of the tile's regions that stay whole, with what stands around them."""
+    regions = building_regions(surface, parameters.regions)
+    return [grown(r.grid.bounds, AROUND_M) for r in regions if r.width_m <= parameters.widest_m]
 
 
 def _from_roofs(surface: RegionSurface, parameters: FindParameters) -> list[Outline]:
@@ -105,7 +119,7 @@ def _footprints_of(
     region: Region, places: Places, surface: RegionSurface, parameters: FindParameters
 ) -> list[Footprint]:
     """The footprints in one region; its roof where no wall stands near, or where walls make nothing of it."""
-    if region.grid.cell * max(region.grid.shape) > parameters.halo_m:
+    if region.width_m > parameters.widest_m:
         return [Footprint(polygon, None, remark) for polygon, remark in _outlines_of(region, surface, parameters)]
     roofs = roof_outlines(region, parameters)
     roof, how = roofs[0]
@@ -172,10 +186,10 @@ def _named(found: Sequence[Footprint]) -> list[Outline]:
 def _outlines_of(region: Region, surface: RegionSurface, parameters: FindParameters) -> list[tuple[Polygon, str]]:
     """Polygons of a region and their remark: one, unless the region is too large and has to be cut."""
     polygon, remark = roof_outlines(region, parameters)[0]
-    if region.grid.cell * max(region.grid.shape) <= parameters.halo_m:
+    if region.width_m <= parameters.widest_m:
         return [(polygon, remark)]
     if surface.core is None:
-        return [(polygon, f"{remark}; wider than the halo of {parameters.halo_m:g} m")]
+        return [(polygon, f"{remark}; wider than {parameters.widest_m:g} m")]
     parts = shapely.get_parts(shapely.intersection(polygon, shapely.box(*surface.core)))
     large = [p for p in parts if isinstance(p, Polygon) and p.area >= parameters.regions.minimum_area_m2]
-    return [(p, f"{remark}; wider than the halo of {parameters.halo_m:g} m, cut at the tile's edge") for p in large]
+    return [(p, f"{remark}; wider than {parameters.widest_m:g} m, cut at the tile's edge") for p in large]

@@ -14,7 +14,24 @@ class FindParameters(Parameters):
     """How building regions become outlines."""
 
     regions: RegionParameters = Field(default_factory=RegionParameters, description="what is a building region")
-    halo_m: float = Field(100.0, ge=0, le=1000, description="surface needed around a tile; larger regions are cut, m")
+    halo_m: float = Field(
+        100.0,
+        ge=0,
+        le=1000,
+        description="surface that is read around a tile, m; where a region is wider, `reach_m` is read",
+    )
+    reach_m: float = Field(
+        200.0,
+        ge=0,
+        le=1000,
+        description="widest region that stays whole, m; what is wider is cut at the edges of tiles",
+    )
+
+    @property
+    def widest_m(self) -> float:
+        """Surface that a tile may need around it."""
+        return max(self.halo_m, self.reach_m)
+
     shortest_edge_m: float = Field(1.2, ge=0.2, le=10, description="shorter edges are generalised away, m")
     spot_m: float = Field(
         0.12, ge=0, le=2, description="how far a roof is seen beyond its edge (size of the laser's spot, noise), m"

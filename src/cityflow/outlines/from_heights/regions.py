@@ -91,6 +91,11 @@ class Region:
     def area_m2(self) -> float:
         return float(self.mask.sum()) * self.grid.cell**2
 
+    @property
+    def width_m(self) -> float:
+        """Of its bounding box, the longer side."""
+        return self.grid.cell * max(self.grid.shape)
+
     def polygon(self) -> Polygon:
         """The cells' union."""
         return cells_polygon(self.mask, self.grid)

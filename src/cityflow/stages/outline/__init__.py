@@ -20,9 +20,7 @@ from cityflow.handover.field_types import EditsField
 from cityflow.handover.outline_lines import Standing, decode_all, entries, lines, owned
 from cityflow.handover.outline_spool import decode_plain
 from cityflow.handover.refused_outlines import REFUSED, encode_refused
-from cityflow.handover.surface_windows import read_windows
 from cityflow.handover.surfaces import Surfaces
-from cityflow.handover.wall_point_files import read_walls
 from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.given.edited import apply_to_outlines
 from cityflow.outlines.under_eaves.facades_inside import SeenHouses
@@ -30,6 +28,7 @@ from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.stages.outline import given_walls as outline_walls
 from cityflow.stages.outline import needs
+from cityflow.stages.outline.found_surface import surface_of_regions
 from cityflow.survey.city import City
 from cityflow.survey.given_outlines import NodedFile
 from cityflow.survey.recipe import Recipe, draft_by
@@ -39,7 +38,7 @@ from cityflow.survey.survey import Survey
 from cityflow.survey.survey_parameters import OutlineParameters
 
 NAME = "outline"
-VERSION = 10
+VERSION = 11
 OUTLINES = "outlines.jsonl"
 
 
@@ -205,7 +204,10 @@ class FoundRecipe(Recipe):
 
 def found_recipe(survey: Survey, name: str) -> FoundRecipe:
     """Outlines of one tile, from surfaces and façades of the tile and around it. Of a laser, the files have to be read already."""
-    asked, halo_m = survey.parameters_of(NAME, name, survey.outline_parameters), survey.parameters.outline.found.halo_m
+    asked, halo_m = (
+        survey.parameters_of(NAME, name, survey.outline_parameters),
+        survey.parameters.outline.found.widest_m,
+    )
     seen, around = survey.lattice.near(name, halo_m), survey.lattice.tiles[name].buffered(halo_m)
     reach = outline_walls.reach_of_found(survey, name)
     points = survey.index.over(reach) if reach else {}
@@ -230,7 +232,7 @@ def _draft(city: City, name: str) -> Task | None:
 def run_found(workspace: Workspace, task: Task) -> Outcome:
     """Outlines of the building regions whose representative point the tile owns."""
     given, parameters = task.arguments_as(FoundInputs), task.parameters_as(FoundParameters)
-    region = _region(workspace.store, given, parameters.found)
+    region = surface_of_regions(workspace.store, given.surfaces, given.walls, given.tile, parameters.found)
     roofs = find_outlines(region, parameters.found)
     found = found_walls_in(roofs, _seen(workspace.store, given, roofs, region), parameters.walls_in)
     kept, refused = apply_to_outlines(found, given.edits)
@@ -249,17 +251,6 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
             "units": entries(text, workspace.path(OUTLINES)),
             "refused": [[r.id, r.reason] for r in refused],
         },
-    )  # fmt: skip
-
-
-def _region(store: Store, given: FoundInputs, parameters: FindParameters) -> RegionSurface:
-    """The surface of the tile and its halo."""
-    surfaces, tile = given.surfaces, given.tile
-    grid, layers = read_windows(store, surfaces.group, surfaces.working, tile.buffered(parameters.halo_m))
-    walls = None if given.walls is None else read_walls(store, given.walls, grid.bounds)
-    return RegionSurface(
-        grid, layers["ndsm"], layers["class"], layers["holes"], tile.bounds, layers["count"], walls, layers["dtm"],
-        highest=walls is None,
     )  # fmt: skip
 
 

@@ -105,7 +105,7 @@ def reach_of_found(survey: Survey, name: str) -> Bounds | None:
     """Laser points that may show the walls of a tile's found outlines; None if not requested or no laser has seen them."""
     if survey.source.kind != LIDAR or survey.outlines_given or not survey.parameters.outline.walls_in.wanted:
         return None
-    return survey.lattice.tiles[name].buffered(survey.parameters.outline.found.halo_m + NEAR_M)
+    return survey.lattice.tiles[name].buffered(survey.parameters.outline.found.widest_m + NEAR_M)
 
 
 def scanned_houses(

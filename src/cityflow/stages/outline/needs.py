@@ -18,7 +18,7 @@ def sources(city: City, name: str) -> Iterable[Node]:
     survey = city.survey
     if survey.outlines_given:
         return [(INGEST, OUTLINES_GIVEN), *_walls_of_given(survey, name)]
-    near = survey.lattice.near(name, survey.parameters.outline.found.halo_m)
+    near = survey.lattice.near(name, survey.parameters.outline.found.widest_m)
     seen = [("walls", t) for t in near] if survey.sees_walls else []
     reach = outline_walls.reach_of_found(survey, name)
     files = survey.lidar.assets_over(reach) if reach else []
