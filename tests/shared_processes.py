@@ -45,6 +45,7 @@ TOGETHER = {
     "orientations on a cluster": (
         "workflow/test_orient.py",
         "workflow/test_orient_bad_photographs.py",
+        "workflow/test_orient_held.py",
         "workflow/test_orient_photographs.py",
         "workflow/test_orient_video.py",
     ),

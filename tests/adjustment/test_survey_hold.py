@@ -10,7 +10,7 @@ import pytest
 
 from adjustment.survey_scenes import PLACE, houses, measured, surface
 from cityflow.adjustment.block import Block, residuals, rotation_of
-from cityflow.adjustment.patch_matching import patch_ties
+from cityflow.adjustment.patch_matching import crops_of, patch_ties, sides_of
 from cityflow.adjustment.survey_hold import Planes, Sigmas, SurveyHeld, contradicts, held_by_survey
 from cityflow.adjustment.survey_patches import Heights, Kind, Patches, patches_of
 from cityflow.adjustment.tracks import Ties
@@ -18,6 +18,7 @@ from cityflow.adjustment.triangulation import triangulated
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.geometry.rotations import from_omega_phi_kappa
 from cityflow.geometry.similarity import Similarity
+from cityflow.handover.patch_files import decode_crops, decode_sides, encode_crops, encode_sides
 
 CAMERA = Camera(900, 600, 1200.0, 1200.0, 450.0, 300.0)
 POSITION_M, ANGLE, IMAGE_PX = 0.02, 3e-4, 0.15
@@ -187,12 +188,28 @@ def test_pictures_show_patches_where_the_ground_is_and_not_where_the_scan_has_it
     true = _cameras()
     place = np.array([[x, y, 0.13] for x in (45.0, 55.0, 65.0) for y in (40.0, 50.0)])
     patches = Patches(place, np.tile((0.0, 0.0, 1.0), (6, 1)), np.zeros(6, np.int64))
-    found = patch_ties(patches, Heights(place), true, lambda k: _Drawn(true[k]), [255.0] * len(true), 0.1)
-    assert len(found.patch) >= 5
+    sides = sides_of(patches, Heights(place), true)
+    crops = [crops_of(sides, sides.of(k), i, _Drawn(i), 255.0, 0.1) for k, i in enumerate(true)]
+    found = patch_ties(sides, crops, true, 0.1)
+    assert len(found.side) >= 5
+    read, cell_m = decode_sides(encode_sides(sides, 0.1))
+    again = patch_ties(read, [decode_crops(encode_crops(c)) for c in crops], true, cell_m)
+    assert again.ties.uv.tobytes() == found.ties.uv.tobytes()
+    assert again.side.tolist() == found.side.tolist()
     assert found.ties.lengths.min() >= 3
     block = triangulated(Block.of(true, np.zeros(3)), found.ties)
     assert np.abs(block.xyz[:, 2]).max() < 0.02
     assert np.median(np.abs(residuals(block, found.ties)[0])) < 0.1
+
+
+def test_without_a_patch_or_a_picture_of_one_nothing_is_found() -> None:
+    true = _cameras()
+    for patches in (Patches.none(), Patches(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.zeros(1, np.int64))):
+        sides, _ = decode_sides(encode_sides(sides_of(patches, Heights(np.zeros((1, 3))), true), 0.1))
+        assert len(sides) == len(patches.xyz)
+        found = patch_ties(sides, [decode_crops(encode_crops({}))] * len(true), true, 0.1)
+        assert found.ties.points == 0
+        assert len(found.side) == 0
 
 
 def test_what_stands_before_a_patch_hides_it() -> None:

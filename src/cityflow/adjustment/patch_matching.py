@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from scipy.ndimage import map_coordinates
 
 from cityflow.adjustment.survey_patches import Heights, Kind, Patches, axes_of
 from cityflow.adjustment.tracks import Ties
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import Float32Array, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.pixels import Pixels
 
@@ -48,62 +48,117 @@ class Crop:
 
 
 @dataclass(frozen=True, slots=True)
+class Sides:
+    """Sides of patches, walls with both.
+
+    Attributes
+    ----------
+    patch : (S,) number of the patch;  xyz, normals : (S, 3) middles, metres; unit normals towards the pictures
+    kind : (S,) `Kind`
+    seen : (V, 2) side and picture that is looked at, by side, pictures ascending
+    """
+
+    patch: IntArray
+    xyz: FloatArray
+    normals: FloatArray
+    kind: IntArray
+    seen: IntArray
+
+    def __len__(self) -> int:
+        return len(self.patch)
+
+    def of(self, picture: int) -> IntArray:
+        """Numbers of the sides that a picture is looked at for."""
+        return self.seen[self.seen[:, 1] == picture, 0]
+
+
+@dataclass(frozen=True, slots=True)
 class PatchTies:
-    """Tie points on patches: `ties` of points 0 to P - 1, (P,) numbers of their patches, (P, 3) normals towards the pictures."""
+    """Tie points on patches: `ties` of points 0 to P - 1, (P,) numbers of their sides."""
 
     ties: Ties
-    patch: IntArray
-    normals: FloatArray
+    side: IntArray
 
 
-def patch_ties(
-    patches: Patches, heights: Heights, images: Sequence[OrientedImage], grey_of: Callable[[int], Pixels], white: Sequence[float], cell_m: float
-) -> PatchTies:  # fmt: skip
-    """Find patches in pictures.
+def sides_of(patches: Patches, heights: Heights, images: Sequence[OrientedImage]) -> Sides:
+    """Sides of patches, and which images are looked at for each: the most upright ones of those that see it.
 
     Parameters
     ----------
     heights : of the scan
-    images : in its frame, off by less than half a patch;  grey_of : opens the pixels of the one with that number
-    white : of each the pixels' value that is shown as white
-    cell_m : of patches, metres
+    images : in its frame
     """
     centres = np.array([i.centre for i in images])
-    sides = [_Side(k, patches.xyz[k], sign * patches.normals[k]) for k in range(len(patches.xyz))
-             for sign in ((1.0, -1.0) if patches.kind[k] == Kind.WALL else (1.0,))]  # fmt: skip
-    pictures: list[dict[int, Crop]] = [{} for _ in sides]
-    seen = np.array([heights.sees(s.place, s.normal, centres) for s in sides]).reshape(len(sides), len(images))
-    seen = _some(seen, sides, centres)
-    for number, image in enumerate(images):
-        wanted = np.flatnonzero(seen[:, number])
-        if not len(wanted):
-            continue
-        pixels = grey_of(number)
-        for k in wanted:
-            crop = _crop(image, pixels, white[number], sides[k].swept(cell_m), cell_m)
-            if crop is not None:
-                pictures[k][number] = crop
-    best: dict[int, tuple[float, IntArray, FloatArray, FloatArray]] = {}
-    for side, crops in zip(sides, pictures, strict=True):
-        found = _found(side, crops, images, cell_m)
-        if found is not None and (side.patch not in best or found[0] > best[side.patch][0]):
-            best[side.patch] = (*found, side.normal)
-    chosen = sorted(best)
-    counts = [len(best[k][1]) for k in chosen]
-    point = np.repeat(np.arange(len(chosen)), counts)
-    picture = np.concatenate([best[k][1] for k in chosen]) if chosen else np.empty(0, np.int64)
-    uv = np.concatenate([best[k][2] for k in chosen]) if chosen else np.empty((0, 2))
+    both = [
+        (k, sign) for k in range(len(patches.xyz)) for sign in ((1.0, -1.0) if patches.kind[k] == Kind.WALL else (1.0,))
+    ]
+    patch = np.array([k for k, _ in both], np.int64)
+    normals = np.array([sign * patches.normals[k] for k, sign in both]).reshape(-1, 3)
+    xyz, seen = patches.xyz[patch], []
+    for k in range(len(both)):
+        some = np.flatnonzero(heights.sees(xyz[k], normals[k], centres))
+        ray = centres[some] - xyz[k]
+        upright = ray @ normals[k] / np.linalg.norm(ray, axis=1)
+        chosen = np.sort(some[np.argsort(-upright, kind="stable")[:MOST_PICTURES]])
+        seen.append(np.column_stack([np.full(len(chosen), k), chosen]))
+    table = np.concatenate(seen) if seen else np.empty((0, 2))
+    return Sides(patch, xyz, normals, patches.kind[patch], table.astype(np.int64))
+
+
+def crops_of(
+    sides: Sides, wanted: IntArray, image: OrientedImage, pixels: Pixels, white: float, cell_m: float
+) -> dict[int, Crop]:
+    """What an image shows around the wanted sides, by number of the side; sides that are not wholly in its frame are left out.
+
+    Parameters
+    ----------
+    image : in the scan's frame, off by less than half a patch
+    white : the pixels' value that is shown as white;  cell_m : of patches, metres
+    """
+    found = {}
+    for k in wanted.tolist():
+        crop = _crop(image, pixels, white, _Side.of(sides, k).swept(cell_m), cell_m)
+        if crop is not None:
+            found[k] = crop
+    return found
+
+
+def patch_ties(
+    sides: Sides, crops: Sequence[Mapping[int, Crop]], images: Sequence[OrientedImage], cell_m: float
+) -> PatchTies:
+    """Find patches in pictures; of a wall's two sides, the one that more pictures agree on.
+
+    Parameters
+    ----------
+    crops : of each image, by side
+    """
+    pictures: list[dict[int, Crop]] = [{} for _ in range(len(sides))]
+    for number, own in enumerate(crops):
+        for k, crop in own.items():
+            pictures[k][number] = crop
+    best: dict[int, tuple[float, IntArray, FloatArray, int]] = {}
+    for k, shown in enumerate(pictures):
+        found, patch = _found(_Side.of(sides, k), shown, images, cell_m), int(sides.patch[k])
+        if found is not None and (patch not in best or found[0] > best[patch][0]):
+            best[patch] = (*found, k)
+    chosen = [best[patch] for patch in sorted(best)]
+    point = np.repeat(np.arange(len(chosen)), [len(each[1]) for each in chosen])
+    picture = np.concatenate([each[1] for each in chosen]) if chosen else np.empty(0, np.int64)
+    uv = np.concatenate([each[2] for each in chosen]) if chosen else np.empty((0, 2))
     ties = Ties(point, picture, np.full(len(point), -1), uv, np.ones(len(point)))
-    return PatchTies(ties, np.array(chosen, np.int64), np.array([best[k][3] for k in chosen]).reshape(-1, 3))
+    return PatchTies(ties, np.array([each[3] for each in chosen], np.int64))
 
 
 @dataclass(frozen=True, slots=True)
 class _Side:
     """One side of a patch."""
 
-    patch: int
     place: FloatArray
     normal: FloatArray
+
+    @classmethod
+    def of(cls, sides: Sides, number: int) -> _Side:
+        return cls(sides.xyz[number], sides.normals[number])
 
     def grid(self, cell_m: float) -> FloatArray:
         """(CELLS², 3) places of the patch."""
@@ -114,17 +169,6 @@ class _Side:
     def swept(self, cell_m: float) -> FloatArray:
         """(O, CELLS², 3) the same at all offsets."""
         return np.asarray(self.grid(cell_m) + (OFFSETS * cell_m)[:, None, None] * self.normal)
-
-
-def _some(seen: BoolArray, sides: Sequence[_Side], centres: FloatArray) -> BoolArray:
-    """The most upright pictures of each side."""
-    chosen = np.zeros_like(seen)
-    for k, side in enumerate(sides):
-        some = np.flatnonzero(seen[k])
-        ray = centres[some] - side.place
-        upright = ray @ side.normal / np.linalg.norm(ray, axis=1)
-        chosen[k, some[np.argsort(-upright, kind="stable")[:MOST_PICTURES]]] = True
-    return chosen
 
 
 def _crop(image: OrientedImage, pixels: Pixels, white: float, places: FloatArray, cell_m: float) -> Crop | None:
@@ -144,7 +188,7 @@ def _crop(image: OrientedImage, pixels: Pixels, white: float, places: FloatArray
 
 
 def _found(
-    side: _Side, crops: dict[int, Crop], images: Sequence[OrientedImage], cell_m: float
+    side: _Side, crops: Mapping[int, Crop], images: Sequence[OrientedImage], cell_m: float
 ) -> tuple[float, IntArray, FloatArray] | None:
     """How well pictures agree on one side of a patch, which do, and where they show its middle."""
     places, numbers, values = side.swept(cell_m), [], []
@@ -179,7 +223,7 @@ def _found(
 
 
 def _shifted(
-    side: _Side, offset: float, numbers: list[int], crops: dict[int, Crop], images: Sequence[OrientedImage], cell_m: float
+    side: _Side, offset: float, numbers: list[int], crops: Mapping[int, Crop], images: Sequence[OrientedImage], cell_m: float
 ) -> tuple[IntArray, FloatArray] | None:  # fmt: skip
     """Numbers of the pictures that agree, and (K, 2) where they show the middle, each shifted onto the median of all."""
     away = offset * side.normal

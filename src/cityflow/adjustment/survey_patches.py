@@ -42,6 +42,11 @@ class Patches:
     normals: FloatArray
     kind: IntArray
 
+    @classmethod
+    def none(cls) -> Patches:
+        """No patch."""
+        return cls(np.empty((0, 3)), np.empty((0, 3)), np.empty(0, np.int64))
+
 
 def patches_of(reference: FloatArray, about: FloatArray, reach_m: float, edge_m: float) -> Patches:
     """Patches of (M, 3) points of a scan within `reach_m` of (K, 3) places, in an order of their own.
@@ -62,7 +67,7 @@ def patches_of(reference: FloatArray, about: FloatArray, reach_m: float, edge_m:
         found += [_fitted(reference, tree, planes.xyz[k], normals[k], edge_m) for k in rows]
     kept = [each for each in found if each is not None]
     if not kept:
-        return Patches(np.empty((0, 3)), np.empty((0, 3)), np.empty(0, np.int64))
+        return Patches.none()
     xyz, normal = np.array([k[0] for k in kept]), np.array([k[1] for k in kept])
     wall, level = _kinds(normal)
     normal[level] = (0.0, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""The adjustment of a block that planes of a scan hold, after its registration; a Dask task, whose record stays."""
+"""The adjustment of a block that planes of a scan hold, after its registration; Dask tasks, whose records stay."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ from cityflow.handover.registration_file import decode_registration
 from cityflow.handover.source_file import SourceFile
 from cityflow.io.catalog.stac_assets import LIDAR, Catalog
 from cityflow.stages.orient import ADJUST, BLOCK, BLOCK_FILE, BLOCK_TIES_FILE, POINTS_FILE
-from cityflow.stages.orient.hold import HOLD, TOO_FEW, HoldImage, HoldInputs, hold_task
-from cityflow.stages.orient.register import REGISTER, REGISTRATION_FILE, RegisterSource, survey_files
+from cityflow.stages.orient.hold import HOLD, TOO_FEW, GivenBlock, GivenImage, HoldSource
+from cityflow.stages.orient.register import REGISTER, REGISTRATION_FILE, survey_files
+from cityflow.stages.orient.scan_patches import CROPS, PATCHES
 from cityflow.workflow.orient import run_stages
 
 
@@ -40,24 +41,28 @@ def held_onto(given: Catalog, survey: Catalog, store: Store, scheduler: str, wor
         block = json.loads(store.read_bytes(paths[BLOCK_FILE]))
         assets = {a.name: a for a in given.images}
         images = tuple(
-            HoldImage(
+            GivenImage(
                 a.oriented, pose.image, SourceFile(a.href, a.size, a.checksum), a.white or float(np.iinfo(a.dtype).max)
             )
             for name, pose in decode_poses(block).items()
             for a in (assets[name],)
         )
-        inputs = HoldInputs(
-            images, paths[POINTS_FILE], paths[BLOCK_TIES_FILE], paths[REGISTRATION_FILE], files, survey.reference.code,
-            float(adjust.result["sigma_px"]), float(adjust.result["position_sigma_m"]), float(adjust.result["angle_sigma_deg"]),
+        sigmas = tuple(float(adjust.result[key]) for key in ("sigma_px", "position_sigma_m", "angle_sigma_deg"))
+        source = HoldSource(
+            GivenBlock(
+                images, paths[POINTS_FILE], paths[BLOCK_TIES_FILE], paths[REGISTRATION_FILE], {**adjust.outputs, **register.outputs}, files,
+                survey.reference.code, (sigmas[0], sigmas[1], sigmas[2]),
+            )
         )  # fmt: skip
-        digests = {
-            n: {**adjust.outputs, **register.outputs}[paths[n]]
-            for n in (POINTS_FILE, BLOCK_TIES_FILE, REGISTRATION_FILE)
-        }
-        run_stages(RegisterSource(hold_task(inputs, digests)), {HOLD: 1}, store, ledger, scheduler, workers)
-        record = ledger.latest(HOLD, BLOCK)
-    if record is None or record.status is Status.FAILED:
-        return record.reason if record is not None else "nothing was done"
+        counts = {PATCHES: 1, CROPS: len(images), HOLD: 1}
+        run_stages(source, counts, store, ledger, scheduler, workers)
+        # the adjustment of an earlier command does not count where the patches failed in this one
+        ended = [ledger.latest(stage, BLOCK) for stage in (PATCHES, HOLD)]
+    failed = [r for r in ended if r is None or r.status is Status.FAILED]
+    if failed:
+        return failed[0].reason if failed[0] is not None else "nothing was done"
+    record = ended[-1]
+    assert record is not None
     tree = json.loads(store.read_bytes(next(iter(record.outputs))))
     if not tree:
         return TOO_FEW

@@ -40,6 +40,7 @@ from cityflow.stages.orient.frames import FRAMES
 from cityflow.stages.orient.hold import HOLD
 from cityflow.stages.orient.photographs import MAP, MATCHES, PAIRS
 from cityflow.stages.orient.register import REGISTER
+from cityflow.stages.orient.scan_patches import CROPS, PATCHES
 from cityflow.survey.orient_parameters import OntoParameters, OrientParameters
 from cityflow.workflow.adjusted_block import adjusted_block, write_refined
 
@@ -52,6 +53,8 @@ SECONDS = {
     MATCHES: 5.0,
     MAP: 60.0,
     REGISTER: 30.0,
+    PATCHES: 30.0,
+    CROPS: 2.0,
     HOLD: 60.0,
 }
 """Of a task, before some are done."""

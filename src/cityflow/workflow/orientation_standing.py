@@ -23,7 +23,9 @@ from cityflow.reporting.orientation_doubts import image_rows, orientation_figure
 from cityflow.runs.orientation_asked import RESULT, OrientationAsked, asked_in, expected_in
 from cityflow.stages.orient import ADJUST, BLOCK, FEATURES, STAGES, TIES
 from cityflow.stages.orient.frames import FRAMES
+from cityflow.stages.orient.hold import HOLD_STAGES
 from cityflow.stages.orient.photographs import MATCHES, PAIRS, PHOTO_STAGES
+from cityflow.stages.orient.register import REGISTER
 from cityflow.viewer.orientation_page import how_exact, orientation_verdict
 from cityflow.viewer.orientation_rows import ImageRow
 from cityflow.workflow.explain import lines_of_making
@@ -68,7 +70,7 @@ def orientation_standing(store: Store, ledger: Ledger, asked: OrientationAsked, 
     stages: list[StageStanding] = []
     problems: list[Problem] = []
     first = (FRAMES, *PHOTO_STAGES) if asked.photographs else STAGES
-    for stage in dict.fromkeys([*first, ADJUST, *ledger.stages()]):
+    for stage in dict.fromkeys([*first, ADJUST, REGISTER, *HOLD_STAGES, *ledger.stages()]):
         if stage not in counts and not ledger.units(stage):
             continue
         tally = ledger.tally(stage, units)
@@ -131,7 +133,8 @@ def explain_image(url: str, named: str, console: Console, every_parameter: bool 
     figures = orientation_figures(report) if report is not None else None
     left_out = figures.left_out if figures is not None else {}
     image = named if named in left_out or named == BLOCK else _image(url, named, left_out)
-    stages = [FRAMES, *PHOTO_STAGES, ADJUST] if asked.photographs else STAGES
+    made = (FRAMES, *PHOTO_STAGES, ADJUST) if asked.photographs else STAGES
+    stages = (*made, REGISTER, *HOLD_STAGES)
     with Ledger.open(store) as ledger:
         tasks = [(stage, ledger.attempts(stage, image)) for stage in stages if ledger.latest(stage, image)]
         matched = _matched(store, ledger, image, MATCHES if asked.photographs else TIES)

@@ -1,25 +1,18 @@
-"""Stage ``hold`` of ``cityflow orient --onto``: after the registration, planes of the scan hold the adjustment of the block."""
+"""Stage ``hold`` of ``cityflow orient --onto``: after the registration, planes of the scan hold the adjustment of the block; and what it waits for."""
 
 from __future__ import annotations
 
 import json
-import tempfile
-from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, replace
-from pathlib import Path
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from cityflow.adjustment.block import Block
-from cityflow.adjustment.bundle import pixel_on_ground
-from cityflow.adjustment.patch_matching import CELLS, patch_ties
-from cityflow.adjustment.registration import REACH_M
+from cityflow.adjustment.patch_matching import Crop, patch_ties
 from cityflow.adjustment.survey_hold import Planes, Sigmas, contradicts, held_by_survey
-from cityflow.adjustment.survey_patches import Heights, patches_of
-from cityflow.core.arrays import FloatArray
-from cityflow.core.pixels import Pixels
-from cityflow.flow.task import Limits, Outcome, Task, digest_of
+from cityflow.core.building import Status
+from cityflow.flow.task import Outcome, Record, Task, digest_of
 from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
@@ -27,30 +20,30 @@ from cityflow.geometry.similarity import Similarity
 from cityflow.handover.field_types import OrientedField
 from cityflow.handover.held_block import encode_held, whole_move
 from cityflow.handover.oriented import to_json
+from cityflow.handover.patch_files import decode_crops, decode_sides
 from cityflow.handover.refined_block import decode_block_ties, decode_points
-from cityflow.handover.registration_file import RegistrationResult, decode_registration
 from cityflow.handover.source_file import SourceFile
-from cityflow.io.fetch import local_file
-from cityflow.io.images.image_tiles import tile_image
-from cityflow.io.images.tiled_images import check_size, image_header, open_image
-from cityflow.stages.orient import BLOCK
-from cityflow.stages.orient.register import SurveyFile, survey_points
+from cityflow.stages.orient import BLOCK, WHOLE_BLOCK
+from cityflow.stages.orient.register import SurveyFile
+from cityflow.stages.orient.scan_patches import (
+    CROPS,
+    PATCHES,
+    CropInputs,
+    PatchInputs,
+    crops_task,
+    patches_task,
+    to_survey,
+)  # fmt: skip
 
 HOLD = "hold"
-VERSION = 1
+HOLD_STAGES = (PATCHES, CROPS, HOLD)
+VERSION = 2
 HELD_FILE = "held.json"
-LIMITS = Limits(time_s=6 * 3600, memory_mb=16000)
-LEAST_EDGE_M = 1.5
-"""Of a patch: a scan of some points per square metre fills it; set by hand, as is the next."""
-MARGIN_M = 30.0
-"""The survey is read so far around the tie points."""
-SIGNIFICANT = 3.0
-"""Standard deviations by which the registration must contradict the size of the given block to leave it."""
 TOO_FEW = "too few planes of the scan are found in the pictures"
 
 
 @dataclass(frozen=True, slots=True)
-class HoldImage(TaskInputs):
+class GivenImage:
     """An image of the block: as given and as adjusted; its file, and the value that is shown as white."""
 
     given: OrientedField
@@ -60,121 +53,129 @@ class HoldImage(TaskInputs):
 
 
 @dataclass(frozen=True, slots=True)
+class GivenBlock:
+    """Images in the order of the block; RUN-relative paths of its tie points, of their observations, and of the registration, and digests of their
+    contents; files of the scan and their CRS; how exact image coordinates (pixels), given positions (metres) and rotations (degrees) are."""
+
+    images: tuple[GivenImage, ...]
+    points: str
+    ties: str
+    registration: str
+    digests: Mapping[str, str]
+    survey: tuple[SurveyFile, ...]
+    crs: str
+    sigmas: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class HoldImage(TaskInputs):
+    """An image of the block: as given and as adjusted; RUN-relative path of its crops, None where it could not be read."""
+
+    given: OrientedField
+    adjusted: OrientedField
+    crops: str | None
+
+
+@dataclass(frozen=True, slots=True)
 class HoldInputs(TaskInputs):
-    """Images in the order of the block; RUN-relative paths of its tie points, of their observations, and of the registration; files of the scan and their
-    CRS; how exact image coordinates (pixels), given positions (metres) and rotations (degrees) are."""
+    """Images in the order of the block; RUN-relative paths of its tie points, of their observations, of the registration, and of the patches; how exact image
+    coordinates (pixels), given positions (metres) and rotations (degrees) are."""
 
     images: tuple[HoldImage, ...]
     points: str
     ties: str
     registration: str
-    survey: tuple[SurveyFile, ...]
-    crs: str
-    sigma_px: float
-    position_sigma_m: float
-    angle_sigma_deg: float
+    patches: str
+    sigmas: tuple[float, float, float]
 
 
-def hold_task(given: HoldInputs, digests: Mapping[str, str]) -> Task:
-    """The task; `digests`: of the contents of the inputs that are paths."""
-    return HOLD_KIND.task(
-        BLOCK, parameters={},
-        inputs={
-            **digests,
-            "sigmas": digest_of([given.sigma_px, given.position_sigma_m, given.angle_sigma_deg]), "crs": digest_of(given.crs),
-            **{f"image {i.given.name}": digest_of([i.file.checksum, i.white, to_json(i.given), to_json(i.adjusted)]) for i in given.images},
-            **{f"survey {k}": digest_of([f.kind, f.file.checksum, f.cell, f.layer]) for k, f in enumerate(given.survey)},
-        },
-        given=given, limits=LIMITS,
-    )  # fmt: skip
+@dataclass
+class HoldSource:
+    """Patches of the scan first, then what each picture shows of them, the adjustment last."""
+
+    block: GivenBlock
+    _patches: Record | None = field(default=None, init=False)
+    _crops: dict[str, Record] = field(default_factory=dict, init=False)
+
+    def initial(self) -> Iterator[Task]:
+        """The patches."""
+        b = self.block
+        given = PatchInputs(tuple(i.adjusted for i in b.images), b.points, b.ties, b.registration, b.survey, b.crs)
+        yield patches_task(given, self._digests(b.points, b.ties, b.registration))
+
+    def after(self, task: Task, record: Record) -> Iterable[Task]:
+        """Crops of all pictures when the patches are there, the adjustment when all crops are."""
+        if task.stage == PATCHES:
+            self._patches = record
+            return [] if record.status is Status.FAILED else [self._crop(k) for k in range(len(self.block.images))]
+        if task.stage == CROPS:
+            self._crops[task.unit] = record
+            return [self._hold()] if len(self._crops) == len(self.block.images) else []
+        return []
+
+    def _digests(self, *paths: str) -> dict[str, str]:
+        return {name: self.block.digests[path] for path in paths for name in (path.rsplit("/", 1)[-1],)}
+
+    def _crop(self, number: int) -> Task:
+        each, (path, digest) = self.block.images[number], self._patches_file()
+        given = CropInputs(number, each.adjusted, each.file, each.white, path, self.block.registration)
+        return crops_task(given, {"patches": digest, **self._digests(self.block.registration)})
+
+    def _hold(self) -> Task:
+        b, (path, digest) = self.block, self._patches_file()
+        read = {n: next(iter(r.outputs.items())) for n, r in self._crops.items() if r.status is not Status.FAILED}
+        images = tuple(HoldImage(i.given, i.adjusted, read.get(i.given.name, (None, ""))[0]) for i in b.images)
+        return HOLD_KIND.task(
+            BLOCK,
+            inputs={
+                **self._digests(b.points, b.ties, b.registration),
+                "patches": digest, "sigmas": digest_of(list(b.sigmas)),
+                **{f"image {i.given.name}": digest_of([to_json(i.given), to_json(i.adjusted)]) for i in b.images},
+                **{f"crops {name}": found for name, (_, found) in sorted(read.items())},
+            },
+            given=HoldInputs(images, b.points, b.ties, b.registration, path, b.sigmas), limits=WHOLE_BLOCK,
+        )  # fmt: skip
+
+    def _patches_file(self) -> tuple[str, str]:
+        """Its path and digest."""
+        assert self._patches is not None
+        return next(iter(self._patches.outputs.items()))
 
 
 def run_hold(workspace: Workspace, task: Task) -> Outcome:
-    """Poses of the block as the planes of the scan have it, or as given where these do not contradict it; an empty file where they are too few.
-
-    Raises
-    ------
-    CatalogError
-        A file cannot be read.
-    """
+    """Poses of the block as the planes of the scan have it, or as given where these do not contradict it; an empty file where they are too few."""
     given = task.arguments_as(HoldInputs)
-    by = decode_registration(json.loads(workspace.read(given.registration)))
+    there = to_survey(workspace, given.registration)
+    before, origin = there.move, there.origin
     xyz, ties = decode_points(workspace.read(given.points))[:, :3], decode_block_ties(workspace.read(given.ties))
-    origin = np.floor(by.middle)
-    scale_free = abs(by.similarity.scale - 1.0) > SIGNIFICANT * float(np.sqrt(by.covariance[6, 6]))
-    before = _of_size(by, scale_free, origin)
-    places = before.moved(xyz)
-    survey = survey_points(given.survey, given.crs, _around(places + origin)) - origin
     names = [i.given.name for i in given.images]
     adjusted = [before.moved_image(i.adjusted) for i in given.images]
-    start = replace(Block.of(adjusted, np.zeros(3)), xyz=places)
-    cell_m = max(LEAST_EDGE_M / CELLS, pixel_on_ground(start, ties))
-    if len(survey) < CELLS:
-        return _nothing(workspace)
-    patches = patches_of(survey, places, REACH_M, CELLS * cell_m)
-    if not len(patches.xyz):
-        return _nothing(workspace)
-    with _Pictures(given.images) as pictures:
-        white = [i.white for i in given.images]
-        shown = patch_ties(patches, Heights(survey), adjusted, pictures.open, white, cell_m)
-    planes = Planes(shown.ties, patches.xyz[shown.patch], shown.normals, patches.kind[shown.patch])
+    start = replace(Block.of(adjusted, np.zeros(3)), xyz=before.moved(xyz))
+    sides, cell_m = decode_sides(workspace.read(given.patches))
+    shown = patch_ties(sides, [_crops(workspace, i.crops) for i in given.images], adjusted, cell_m)
+    planes = Planes(shown.ties, sides.xyz[shown.side], sides.normals[shown.side], sides.kind[shown.side])
     poses = Block.of([before.moved_image(i.given) for i in given.images], np.zeros(3))
-    sigmas = Sigmas(given.sigma_px, given.position_sigma_m, float(np.radians(given.angle_sigma_deg)))
-    found = held_by_survey(poses, start, ties, planes, sigmas, scale_free=scale_free)
+    image_px, position_m, angle_deg = given.sigmas
+    sigmas = Sigmas(image_px, position_m, float(np.radians(angle_deg)))
+    found = held_by_survey(poses, start, ties, planes, sigmas, scale_free=there.scale_free)
     if found is None:
-        return _nothing(workspace)
+        workspace.write(HELD_FILE, b"{}")
+        return workspace.outcome(result={"problem": TOO_FEW})
     own = whole_move(found, before)
     # both in the frame of `found`
     stays = not contradicts(found, Similarity(own.scale, own.rotation, own.moved(origin[None])[0]))
     if stays:
-        there = Block.of([replace(i.adjusted, centre=i.adjusted.centre - origin) for i in given.images], np.zeros(3))
+        unmoved = Block.of([replace(i.adjusted, centre=i.adjusted.centre - origin) for i in given.images], np.zeros(3))
         still = Similarity(1.0, np.eye(3), np.zeros(3))
-        found = replace(found, block=replace(there, xyz=xyz - origin), move=still)
+        found = replace(found, block=replace(unmoved, xyz=xyz - origin), move=still)
         before = Similarity(1.0, np.eye(3), -origin)
     tree = encode_held(found, names, before, origin, stays=stays)
     workspace.write(HELD_FILE, json.dumps(tree, sort_keys=True, separators=(",", ":"), allow_nan=False).encode())
     return workspace.outcome(result=tree["figures"])
 
 
-def _nothing(workspace: Workspace) -> Outcome:
-    workspace.write(HELD_FILE, b"{}")
-    return workspace.outcome(result={"problem": TOO_FEW})
-
-
-def _of_size(by: RegistrationResult, scale_free: bool, origin: FloatArray) -> Similarity:
-    """The registration, to the survey less `origin`; with the size that the block was given unless that is contradicted."""
-    whole = by.similarity
-    if scale_free:
-        return Similarity(whole.scale, whole.rotation, whole.shift - origin)
-    before = np.linalg.solve(whole.scale * whole.rotation, by.middle - whole.shift)
-    return Similarity(1.0, whole.rotation, np.asarray(by.middle - origin - whole.rotation @ before))
-
-
-def _around(places: FloatArray) -> tuple[float, float, float, float]:
-    low, high = np.percentile(places[:, :2], [0.5, 99.5], axis=0)
-    return float(low[0] - MARGIN_M), float(low[1] - MARGIN_M), float(high[0] + MARGIN_M), float(high[1] + MARGIN_M)
-
-
-class _Pictures(ExitStack):
-    """Opens one image after the other."""
-
-    def __init__(self, images: Sequence[HoldImage]) -> None:
-        super().__init__()
-        self._images = images
-
-    def open(self, number: int) -> Pixels:
-        """Its pixels; those of the one before are closed."""
-        self.close()
-        each, camera = self._images[number], self._images[number].given.camera
-        folder = self.enter_context(tempfile.TemporaryDirectory(prefix="cityflow-"))
-        path = self.enter_context(local_file(each.file.href))
-        each.file.refuse_other(path)
-        check_size(image_header(path), (camera.width, camera.height))
-        tiled = Path(folder) / "image.tif"
-        tile_image(path, tiled)
-        pixels = open_image(tiled)
-        self.callback(pixels.close)
-        return pixels
+def _crops(workspace: Workspace, path: str | None) -> dict[int, Crop]:
+    return {} if path is None else decode_crops(workspace.read(path))
 
 
 HOLD_KIND = TaskKind(HOLD, VERSION, run_hold, HoldInputs)
