@@ -120,3 +120,17 @@ def test_a_direction_takes_its_own_votes_from_those_of_all(
     some = decode_votes(data, {"across0", "nobody"})
     assert list(some) == ["across0"]
     assert np.array_equal(some["across0"], own["across0"])
+
+
+def test_points_that_are_read_again_stand_in_memory_once(
+    maps: tuple[Store, list[str]], images: list[OrientedImage]
+) -> None:
+    """Whoever reads all and then a part has all points once, and gets the same as whoever reads the part alone."""
+    store, paths = maps
+    everywhere, part = (-12.0, -10.0, 12.0, 10.0), (-3.0, -4.0, 5.0, 2.0)
+    given = DepthInputs(tuple(paths), tuple(images), 3, WitnessParameters())
+    reader, alone = compared(store, given, everywhere).points, compared(store, given, everywhere).points
+    whole = reader(everywhere)
+    assert all(np.shares_memory(whole.xyz, kept.xyz) for kept in reader._kept.values())
+    assert same(reader, alone, part) > 1000
+    assert same(reader, alone, everywhere) == len(whole)

@@ -168,7 +168,7 @@ def test_the_part_of_a_tile_is_cut_out(images: list[OrientedImage]) -> None:
     )  # fmt: skip
     words = words_for([Witness.of(images[0], [part])], AROUND, WitnessParameters())
     assert words["nadir0"].count.shape == (50, 80)
-    votes = words["nadir0"].over(part)
+    votes = words["nadir0"].over((part.row, part.col, *part.depth.shape))
     inside = asked(images[0], made)[40:90, 50:130]
     assert np.array_equal(np.isfinite(part.depth) & (votes > 0), inside)
     assert (votes[inside] == 2).all()

@@ -21,6 +21,7 @@ from dataclasses import replace
 from multiprocessing.connection import Connection
 
 from cityflow.core.building import Status
+from cityflow.core.heap import hand_back_heap
 from cityflow.core.object_store import be_patient
 from cityflow.errors import CityflowError, RefusedUnit
 from cityflow.flow.in_place import with_lists
@@ -154,8 +155,7 @@ def _reset_peak() -> None:
 
 def _trimmed_mb() -> float:
     gc.collect()
-    with contextlib.suppress(OSError, AttributeError):
-        ctypes.CDLL(None).malloc_trim(0)
+    hand_back_heap()
     return _status_mb("VmRSS")
 
 

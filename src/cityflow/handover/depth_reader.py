@@ -11,18 +11,21 @@ import numpy as np
 from cityflow.core.arrays import BoolArray, ByteArray, FloatArray
 from cityflow.core.depth_map import DepthMap, ImagePoints, joined, numbers_within, standing_points
 from cityflow.core.grid import Bounds, Box, bounds_meet, grown
+from cityflow.core.heap import hand_back_heap
 from cityflow.core.local_frame import LocalFrame
 from cityflow.flow.store import Store
 from cityflow.flow.typed import TaskInputs
 from cityflow.handover.depth_map_files import decode_depth_map
 from cityflow.handover.field_types import OrientedField
 from cityflow.handover.vote_files import decode_boxes, decode_votes
-from cityflow.surface.witnesses import Witness, WitnessParameters, words_for
+from cityflow.surface.witnesses import Window, Witness, WitnessParameters, words_for
 
 VERSION = 3
 """Of what is refuted; a change of how the votes are read is one of the stages that read them."""
 POINTS_KEPT = 15_000_000
 """Of some 40 bytes each."""
+SHARED_FROM = 0.5
+"""Share of the points of a reading that are kept anyway, from which it is kept in their place; bounds memory."""
 NOWHERE: Bounds = (np.inf, np.inf, -np.inf, -np.inf)
 ROUNDED_M = 1e-3
 """Maps are read that end so far beyond what is wanted: far more than a place is rounded by."""
@@ -85,12 +88,25 @@ class PointReader:
         self._box: dict[str, Box] = {}
 
     def __call__(self, bounds: Bounds) -> ImagePoints:
-        parts = []
+        parts = {}
         for name in self._maps:
             if name in self._extent and not bounds_meet(self._extent[name], grown(bounds, ROUNDED_M)):
                 continue
-            parts.append(standing(self._points(name), bounds))
-        return joined(parts, self._bands)
+            parts[name] = standing(self._points(name), bounds)
+        found = joined(list(parts.values()), self._bands)
+        self._share(parts, found)
+        return found
+
+    def _share(self, parts: dict[str, ImagePoints], found: ImagePoints) -> None:
+        """Maps that are whole in what was found, which is most of it, are kept as parts of that: their points stand in memory once."""
+        whole = {name for name, part in parts.items() if self._kept.get(name) is part}
+        if sum(len(parts[name]) for name in whole) < SHARED_FROM * len(found):
+            return
+        first = 0
+        for name, part in parts.items():
+            if name in whole:
+                self._kept[name] = _part_of(found, first, part)
+            first += len(part)
 
     def box(self, name: str) -> Box:
         """Of the points of a map, which has some."""
@@ -112,6 +128,20 @@ class PointReader:
         return points
 
 
+def _part_of(joined_points: ImagePoints, first: int, part: ImagePoints) -> ImagePoints:
+    """A part of joined points as it was, without its own memory; the points of one image have its number, 0."""
+    at, p = slice(first, first + len(part)), joined_points
+    return ImagePoints(
+        p.xyz[at],
+        p.colour[at],
+        np.broadcast_to(np.int64(0), len(part)),
+        p.views[at],
+        p.sigma[at],
+        part.names,
+        part.centres,
+    )
+
+
 class Compared(NamedTuple):
     """Depth maps that were compared.
 
@@ -128,14 +158,19 @@ class Compared(NamedTuple):
 def compared(store: Store, given: DepthInputs, around: Bounds) -> Compared:
     """Compare depth maps with each other; nothing that stands beyond `around` is ever asked for."""
     images = {image.name: image for image in given.references}
-    parts: dict[str, list[DepthMap]] = {}
-    maps: dict[str, DepthMap] = {}
+    parts: dict[str, dict[str, DepthMap]] = {}
     for path in given.maps:
-        maps[path] = found = decode_depth_map(store.read_bytes(path), colour=False)
-        parts.setdefault(found.image, []).append(found)
-    witnesses = [Witness.of(images[n], parts[n]) for n in sorted(parts)]
+        found = decode_depth_map(store.read_bytes(path), colour=False)
+        parts.setdefault(found.image, {})[path] = found
+    witnesses, places = list[Witness](), dict[str, tuple[str, Window]]()
+    for name in sorted(parts):
+        of_image = parts.pop(name)
+        witnesses.append(Witness.of(images[name], list(of_image.values())))
+        places |= {path: (name, (m.row, m.col, *m.depth.shape)) for path, m in of_image.items()}
     words = words_for(witnesses, around, given.witnesses)
-    votes = {path: (m.image, words[m.image].over(m)) for path, m in maps.items()}
+    del witnesses
+    hand_back_heap()
+    votes = {path: (places[path][0], words[places[path][0]].over(places[path][1])) for path in given.maps}
 
     def read(path: str) -> ImagePoints:
         depth_map = decode_depth_map(store.read_bytes(path))

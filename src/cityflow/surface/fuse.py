@@ -18,7 +18,7 @@ from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import Parameters
-from cityflow.surface.fuse_cells import CellPoints, Weighing, cell_points, chosen, not_below
+from cityflow.surface.fuse_cells import CellPoints, Weighing, cell_points, chosen, kept_in_place, not_below
 from cityflow.surface.fuse_fill import fill_from_below
 from cityflow.surface.fuse_modes import ModeRule, modes, modes_again, modes_instead
 from cityflow.surface.fuse_planes import again_on_planes, on_planes, without_specks
@@ -138,16 +138,17 @@ def _grown(grid: Grid) -> Bounds:
 
 def _fused_strip(points: ImagePoints, grid: Grid, p: FuseParameters) -> Fused:
     weighing = Weighing(grid.cell, HALF_VIEWS, float(np.cos(np.radians(ABOVE_DEG))))
-    cells = cell_points(points, grid, weighing)
-    if len(cells.z) == 0:
-        nothing = np.full(grid.shape, np.nan, np.float32)
-        return Fused(grid, nothing, np.zeros(grid.shape, np.uint32), nothing.copy())
-    z, sigma = _surface(cells, grid, p)
-    return Fused(grid, z.astype(np.float32), cells.in_cells, np.where(np.isnan(z), np.nan, sigma).astype(np.float32))
+    # nobody but `_surface` holds the points of the cells, so it can let them go
+    z, sigma, count = _surface(cell_points(points, grid, weighing), grid, p)
+    return Fused(grid, z.astype(np.float32), count, np.where(np.isnan(z), np.nan, sigma).astype(np.float32))
 
 
-def _surface(points: CellPoints, grid: Grid, p: FuseParameters) -> tuple[FloatArray, Float32Array]:
-    """(rows, cols) heights, NaN in holes, and their precision where there are some; cells whose own floats have a second choice."""
+def _surface(points: CellPoints, grid: Grid, p: FuseParameters) -> tuple[FloatArray, Float32Array, NDArray[np.uint32]]:
+    """(rows, cols) heights, NaN in holes, their precision where there are some, and points of each cell; cells whose own floats have a second choice."""
+    count = points.in_cells
+    if len(points.z) == 0:
+        nothing = np.full(grid.shape, np.nan)
+        return nothing, nothing.astype(np.float32), count
     rule = ModeRule(
         RADIUS_CELLS, WIDE_RADIUS_CELLS, BAND_CELLS * grid.cell, BAND_SIGMAS, LEAST_SUPPORT, p.lower_share, STEP_M,
     )  # fmt: skip
@@ -157,11 +158,12 @@ def _surface(points: CellPoints, grid: Grid, p: FuseParameters) -> tuple[FloatAr
         z = on_planes(found, *planes)
     else:
         steep = chosen(points, points.steep)
-        found = modes(steep, rule)
+        found, in_steep = modes(steep, rule), steep.in_cells
+        del steep
         z = on_planes(found, *planes)
         points = without_what_lies_beneath(points, np.where(_specks(z, grid, p), np.nan, z).astype(np.float32), grid)
         # what is seen by steep views alone has its surface
-        asked = _around(points.in_cells != steep.in_cells, int(np.ceil(WIDE_RADIUS_CELLS - 0.5)))
+        asked = _around(points.in_cells != in_steep, int(np.ceil(WIDE_RADIUS_CELLS - 0.5)))
         modes_again(points, rule, found, asked)
         z = again_on_planes(z, found, asked, *planes)
     specks = _specks(z, grid, p)
@@ -170,19 +172,19 @@ def _surface(points: CellPoints, grid: Grid, p: FuseParameters) -> tuple[FloatAr
         modes_instead(points, rule, found, specks)
         z = again_on_planes(z, found, specks, *planes)
         z[_specks(z, grid, p)] = np.nan
-    return z, found.sigma
+    return z, found.sigma, count
 
 
 def without_what_lies_beneath(points: CellPoints, top: Float32Array, grid: Grid) -> CellPoints:
     """Points without those of slanting views that lie under the surface (rows, cols) that steep views see.
 
     Such views see the ground under crowns, and walls under eaves: many points above one another in one cell, which would outvote what stands above.
-    Next to a step, or to what steep views do not see, all keep their say: steep views too widen what stands in front.
+    Next to a step, or to what steep views do not see, all keep their say: steep views too widen what stands in front. The points given are used up.
     """
     side = 2 * BESIDE_CELLS + 1
     lowest = cv2.erode(np.where(np.isnan(top), np.float32(-np.inf), top), np.ones((side, side), np.uint8))
     beneath = BENEATH_CELLS * grid.cell
-    return chosen(points, not_below(points, lowest - beneath, top, beneath))
+    return kept_in_place(points, not_below(points, lowest - beneath, top, beneath))
 
 
 def _around(cells: BoolArray, by: int) -> BoolArray:

@@ -97,6 +97,13 @@ def chosen(points: CellPoints, which: BoolArray) -> CellPoints:
     return CellPoints(points.shape, *_chosen(points, which))
 
 
+def kept_in_place(points: CellPoints, which: BoolArray) -> CellPoints:
+    """Those of the points that the mask (N,) names, in the memory of all: who calls has no use for the others any more."""
+    start = _closed_up(points, which)
+    n = int(start[-1])
+    return CellPoints(points.shape, start, *(column[:n] for column in points[2:]))
+
+
 def not_below(points: CellPoints, limit: Float32Array, top: Float32Array, near: float) -> BoolArray:
     """(N,) which points are steep, or do not lie below the limit (rows, cols; metres) of their cell, or are of an image that does not see the top.
 
@@ -230,6 +237,21 @@ def _chosen(points, which):  # type: ignore[no-untyped-def]
             sigma[n], image[n], steep[n] = points.sigma[i], points.image[i], points.steep[i]
             n += 1
     return start, u, v, z, quality, trust, sigma, image, steep
+
+
+@njit(cache=True, nogil=True)
+def _closed_up(points, which):  # type: ignore[no-untyped-def]
+    """Move the points that the mask names to the front of their columns; returns where each cell begins now."""
+    start, n = np.zeros(len(points.start), np.int64), 0
+    for k in range(len(start) - 1):
+        for i in range(points.start[k], points.start[k + 1]):
+            if which[i]:
+                points.u[n], points.v[n], points.z[n] = points.u[i], points.v[i], points.z[i]
+                points.quality[n], points.trust[n] = points.quality[i], points.trust[i]
+                points.sigma[n], points.image[n], points.steep[n] = points.sigma[i], points.image[i], points.steep[i]
+                n += 1
+        start[k + 1] = n
+    return start
 
 
 @njit(cache=True, nogil=True)

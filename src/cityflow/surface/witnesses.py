@@ -31,6 +31,9 @@ over the ground agrees with the wall behind it."""
 AGREEMENT_GSD = 3.0
 """And so many ground pixels, since a slope falls within a pixel; set by hand."""
 
+Window = tuple[int, int, int, int]
+"""Level-0 row and column of the upper left pixel of a depth map, its rows and its columns."""
+
 SURELY = 0.999999
 """What is nearer to a limit than this is computed in full: far more than float32 rounds."""
 
@@ -99,10 +102,10 @@ class Words:
     col: int
     count: ByteArray
 
-    def over(self, depth_map: DepthMap) -> ByteArray:
+    def over(self, window: Window) -> ByteArray:
         """(h, w) those for a depth map of the image, which lies within."""
-        row, col = depth_map.row - self.row, depth_map.col - self.col
-        height, width = depth_map.depth.shape
+        row, col, height, width = window
+        row, col = row - self.row, col - self.col
         return self.count[row : row + height, col : col + width]
 
 
