@@ -24,7 +24,7 @@ VERTEX_DECIMALS = 4
 
 
 class Status(StrEnum):
-    """How a unit ended (ARCHITECTURE.md, section 4)."""
+    """How a unit ended (ARCHITECTURE.md, section 3)."""
 
     DONE = "done"
     DEGRADED = "degraded"

@@ -86,7 +86,7 @@ class Outcome:
 
     Attributes
     ----------
-    status, reason : see ARCHITECTURE.md, section 4
+    status, reason : see ARCHITECTURE.md, section 3
     outputs : RUN-relative path → SHA-256 of its contents
     result : small JSON value that later tasks and the driver need (ids of units, a measured figure)
     sizes : RUN-relative path → bytes of the file

@@ -121,8 +121,8 @@ STAGE = Stage(
     unit="ground tile",
     place=Place.TILE,
     text=(
-        "depth maps of the tile and its rim, compared with all that look there → votes for each depth of the tile; of those that no others look "
-        "through, one surface at the images' resolution, with precision and colour"
+        "depth maps of the tile and its margin, compared with all others that show the same places → votes for each depth of the tile; from depths that "
+        "are not refuted, one surface at the images' resolution, with precision and colour"
     ),
     kinds=(KIND,),
     needs=(_depth_maps,),

@@ -265,8 +265,8 @@ STAGE = Stage(
     unit="building",
     place=Place.UNIT,
     text=(
-        "hulls of the unit and of those around it, DSM, images that have it in their frame, given orthos → a patch for each face, raw and rectified, "
-        "on an atlas of its own; of each texel, which image it is of"
+        "hulls of the unit and of those around it, DSM, images that show its place, given orthos → a patch for each face, raw and rectified, "
+        "on an atlas of its own; the source image of each texel"
     ),
     kinds=(KIND,),
     needs=(_models_surfaces_images,),

@@ -104,9 +104,9 @@ KIND = TaskKind(NAME, VERSION, run, WindowInputs)
 
 STAGE: Stage[City] = Stage(
     name=NAME,
-    unit="building that photographs show",
+    unit="building seen in photographs",
     place=Place.UNIT,
-    text="rectified patches of its walls → windows and doors with a confidence, per wall their share, rows and the reason where nobody could look",
+    text="rectified patches of its walls → windows and doors with a confidence, per wall their share, rows, and the reason where they could not be searched",
     kinds=(KIND,),
     needs=(lambda _, name: [("texture", name)],),
     task=lambda city, name: task(city, city.units[name]),

@@ -93,12 +93,12 @@ KIND = TaskKind(NAME, VERSION, run_points, SourceFile)
 
 STAGE = Stage(
     name=NAME,
-    unit="LiDAR file; image; camera with calibration frames; the outlines' file; the outlines dealt to a ground tile",
+    unit="LiDAR file; image; camera with calibration frames; the outlines' file; the outlines assigned to a ground tile",
     place=Place.FILE,
     text=(
         "points, streamed once → one LAZ piece per index cell that the file touches. Images, decoded once, raw frames corrected → tiled TIFF with a "
-        "pyramid. Outlines → cleaned and named, their chains of neighbours dealt out to tiles; chains → noded, handed to the tiles that own them; how "
-        "exact they are, by the façades in one LiDAR file"
+        "pyramid. Outlines → cleaned and named, their chains of neighbours assigned to tiles; chains → noded outlines for the tiles that own them; their "
+        "accuracy, by the façades in one LiDAR file"
     ),
     kinds=(KIND, ingest_image.KIND, calibration.KIND, outlines_dealt.KIND, outlines_noded.KIND, outline_accuracy.KIND),
     needs=(_known_before, _sampled_file),

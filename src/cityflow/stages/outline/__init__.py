@@ -272,8 +272,8 @@ STAGE = Stage(
     unit="ground tile",
     place=Place.TILE,
     text=(
-        "noded given outlines, or nDSM, classes and façades → found ones; a laser's points around them. Walls move in from rims of roofs where façades are "
-        "known inside. Outlines of the tile: those whose representative point it holds"
+        "noded given outlines, or nDSM, classes and façades; LiDAR points around them → outlines of the tile, those whose representative point it "
+        "contains; walls moved in from the roof edge where façades are known inside"
     ),
     kinds=(GIVEN_KIND, WALLED_KIND, FOUND_KIND),
     needs=(needs.sources, needs.noding),

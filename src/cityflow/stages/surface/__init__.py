@@ -152,7 +152,7 @@ STAGE = Stage(
     unit="ground tile",
     place=Place.TILE,
     text=(
-        "points of the tile and its halo (LiDAR), or what is fused of it and around it (images), or a given DSM → the tile's chunk of DSM, DTM, nDSM, "
+        "points of the tile and its halo (LiDAR), or fused surfaces of both (images), or a given DSM → the tile's chunk of DSM, DTM, nDSM, "
         "classes, count, hole mask; classified points"
     ),
     kinds=(KIND, surface_images.KIND, surface_rasters.KIND),
