@@ -49,7 +49,7 @@ class AdjustmentParameters(Parameters):
         None,
         description="adjust focal length, principal point and distortion of each camera; null: where that is significant",
     )
-    least_angle_deg: float = Field(2.0, ge=0, le=30, description="rays of a tie point meet at this angle at least")
+    least_angle_deg: float = Field(2.0, ge=0, le=30, description="least angle between the rays of a tie point, degrees")
 
 
 @dataclass(frozen=True, slots=True)

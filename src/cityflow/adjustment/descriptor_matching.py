@@ -22,8 +22,12 @@ SAME_PX = 2.0
 class MatchingParameters(Parameters):
     """What counts as a match."""
 
-    ratio: float = Field(0.8, gt=0.3, le=1, description="largest distance of the best over that of the second best")
-    distance: float = Field(0.75, gt=0.1, le=1.4, description="largest distance of descriptors of unit length")
+    ratio: float = Field(
+        0.8, gt=0.3, le=1, description="largest distance of the best match, as a share of that of the second best"
+    )
+    distance: float = Field(
+        0.75, gt=0.1, le=1.4, description="largest distance of matched descriptors, which have unit length"
+    )
 
 
 def mutual_matches(

@@ -32,11 +32,25 @@ SIFT_OCTAVES = 3
 class FeatureParameters(Parameters):
     """How points are found."""
 
-    level: int = Field(0, ge=0, le=4, description="of the images' pyramid on which points are found")
-    least_px: int = Field(600, ge=100, le=100000, description="longer side of an image below which no level is taken")
+    level: int = Field(
+        0, ge=0, le=4, description="pyramid level of the images on which points are found; 0: all pixels"
+    )
+    least_px: int = Field(
+        600,
+        ge=100,
+        le=100000,
+        description="a finer level is taken where the longer side of the image would be shorter, pixels",
+    )
     per_image: int = Field(4000, ge=200, le=50000, description="points kept in an image, spread over a grid")
-    cells: int = Field(24, ge=1, le=200, description="of that grid, along the longer side of the image")
-    window_px: int = Field(2048, ge=256, le=16384, description="edge of what is looked at at once, pixels")
+    cells: int = Field(
+        24,
+        ge=1,
+        le=200,
+        description="cells of the grid over which points are spread, along the longer side of the image",
+    )
+    window_px: int = Field(
+        2048, ge=256, le=16384, description="edge of the raster window that is searched at once, pixels"
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,7 +33,9 @@ class LatticeParameters(Parameters):
     coarsest_px: int = Field(
         128, ge=32, le=1024, description="the coarsest level is the last whose shorter side has as many pixels"
     )
-    most_disparities: int = Field(256, ge=64, le=4096, description="bound of a pixel's range: bounds memory")
+    most_disparities: int = Field(
+        256, ge=64, le=4096, description="largest range of disparities of a pixel; limits memory"
+    )
     sgm: SgmParameters = SgmParameters()
     subpixel: SubpixelParameters = SubpixelParameters()
 

@@ -38,9 +38,11 @@ class MatchParameters(Parameters):
         4.0,
         gt=0,
         le=50,
-        description="a pair whose rows are further apart (90 %), or that keeps a quarter of it after correction, is refused",
+        description="a pair is refused if its vertical parallax (90 %) is larger, or a quarter of it remains after correction, pixels",
     )
-    memory_mb: int = Field(400, ge=50, le=100_000, description="bound of decoded image tiles kept, megabytes")
+    memory_mb: int = Field(
+        400, ge=50, le=100_000, description="largest memory of decoded image tiles that are kept, megabytes"
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,7 +26,9 @@ LONE_FACTOR = 2.0
 class MergeParameters(Parameters):
     """How depths of several partners become one."""
 
-    views_at_least: int = Field(1, ge=1, le=8, description="partners that must agree where as many see the pixel")
+    views_at_least: int = Field(
+        1, ge=1, le=8, description="partners that must agree, where at least so many see the pixel"
+    )
 
 
 class _Geometry(NamedTuple):

@@ -35,7 +35,7 @@ NADIR_DEG = 10.0
 class LookParameters(Parameters):
     """Which views look alike."""
 
-    least_images: int = Field(5, ge=1, description="a cluster of fewer images is not worth a local frame of its own")
+    least_images: int = Field(5, ge=1, description="a cluster of fewer images gets no local reference frame of its own")
 
 
 def look_directions(images: Sequence[OrientedImage]) -> tuple[LocalFrame, ...]:

@@ -40,7 +40,7 @@ LEAST_OVERLAP = 0.15
 class PartnerParameters(Parameters):
     """What makes a good pair."""
 
-    partners: int = Field(5, ge=1, le=32, description="partners of a reference image at most")
+    partners: int = Field(5, ge=1, le=32, description="largest number of partners of a reference image")
 
 
 @dataclass(frozen=True)

@@ -43,16 +43,18 @@ class ReferenceImageParameters(Parameters):
         None,
         ge=1,
         le=1000,
-        description="edge of the cells that are given to reference images, metres; null: from the footprints",
+        description="edge of the ground cells that are assigned to reference images, metres; null: from the footprints",
     )
     images_per_cell: int = Field(1, ge=1, le=16, description="reference images of a cell in each look direction")
     max_overlap: float = Field(
         0.2,
         ge=0,
         le=1,
-        description="share of what is matched for a reference image that may lie on the ground of others",
+        description="largest share of the matched ground of a reference image that belongs to other reference images",
     )
-    halo_px: int = Field(64, ge=0, le=1024, description="what matching adds around a reference image's ground, pixels")
+    halo_px: int = Field(
+        64, ge=0, le=1024, description="margin that matching adds around the ground of a reference image, pixels"
+    )
 
 
 def cell_for(footprints: Sequence[shapely.Polygon]) -> float:

@@ -23,9 +23,15 @@ MOST_TURN_DEG = 50.0
 class PairParameters(Parameters):
     """How many pairs there are."""
 
-    alike: int = Field(10, ge=1, le=200, description="images that look the same way, with which one is compared")
-    turned: int = Field(8, ge=0, le=200, description="images that look another way, with which one is compared")
-    least_overlap: float = Field(0.2, ge=0, le=1, description="share of the smaller footprint that both see")
+    alike: int = Field(
+        10, ge=1, le=200, description="images of the same viewing direction that an image is compared with"
+    )
+    turned: int = Field(
+        8, ge=0, le=200, description="images of another viewing direction that an image is compared with"
+    )
+    least_overlap: float = Field(
+        0.2, ge=0, le=1, description="least overlap of two compared images, as a share of the smaller footprint"
+    )
 
 
 def tie_pairs(views: Sequence[View], parameters: PairParameters) -> tuple[tuple[int, int], ...]:

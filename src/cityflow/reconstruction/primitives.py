@@ -43,7 +43,7 @@ class PrimitivesParameters(Parameters):
         0.08, gt=0, le=1, description="how far points of one roof scatter across it (m): noise and unevenness"
     )
     number_nats: float = Field(
-        3.0, gt=0, le=50, description="price of each number of a shape (nats; a point off every roof costs 4.5)"
+        3.0, gt=0, le=50, description="cost of each number of a shape (nats; a point off every roof costs 4.5)"
     )
     most_points: int = Field(600, ge=3, le=10_000, description="units of more points are left to the other methods")
 

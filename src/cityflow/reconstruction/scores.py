@@ -35,7 +35,7 @@ class ScoreParameters(Parameters):
         le=1,
         description="penalty per roof face; more where few points support it (ln n / 3n for n independent points)",
     )
-    degraded: float = Field(0.1, ge=0, le=100, description="penalty of a model simpler than requested")
+    degraded: float = Field(0.1, ge=0, le=100, description="penalty of a model that is simpler than requested")
 
 
 @dataclass(frozen=True, slots=True)

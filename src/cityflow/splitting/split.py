@@ -48,7 +48,7 @@ class SplitParameters(Parameters):
     gap_threshold: float = Field(0.5, ge=0, le=1, description="confidence from which a gap is accepted")
     minimum_area_m2: float = Field(20.0, gt=0, le=1000, description="no unit is smaller, m²")
     slice_cells: float = Field(2.0, ge=1, le=20, description="width and step of slices, cells of the nadir rasters")
-    widest_slice_m: float = Field(0.4, gt=0, le=2, description="but no more than this, metres")
+    widest_slice_m: float = Field(0.4, gt=0, le=2, description="largest width and step of slices, metres")
     gaps: bool = Field(True, description="look for gaps before terraces")
     segments: SegmentParameters = SegmentParameters()
     principal: PrincipalParameters = PrincipalParameters()

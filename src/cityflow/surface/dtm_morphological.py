@@ -52,7 +52,7 @@ class MorphologicalParameters(Parameters):
         le=20,
         description="rise over three cells that is a step, too, as of walls that matching has smeared, metres; null: none",
     )
-    rounds: int = Field(8, ge=0, le=100, description="rounds in which terrain is given back")
+    rounds: int = Field(8, ge=0, le=100, description="largest number of rounds in which removed terrain is restored")
     way_up_m: float = Field(5.0, ge=1, le=50, description="least width of a way up to a terrace, metres")
     widest_bridge_m: float = Field(
         25.0,

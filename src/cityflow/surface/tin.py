@@ -37,7 +37,7 @@ class TinParameters(Parameters):
     """How close the TIN follows the terrain."""
 
     tolerance_m: float = Field(0.15, gt=0.005, le=10, description="largest height difference to the raster, metres")
-    rounds: int = Field(12, ge=1, le=100, description="rounds of insertion at most")
+    rounds: int = Field(12, ge=1, le=100, description="largest number of rounds in which vertices are inserted")
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,7 +50,7 @@ class OrthoParameters(Parameters):
         60.0,
         ge=0,
         le=1000,
-        description="largest distance in plan at which an object may hide a cell, metres: height of buildings times the tan of the steepest view",
+        description="largest distance in plan at which an object may hide a cell, metres: height of buildings times the tangent of the largest tilt of a view",
     )
     seam_cells: float = Field(16.0, ge=0.5, le=1000, description="half the width over which two images mix, cells")
     widened_cells: int = Field(

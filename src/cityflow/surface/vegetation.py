@@ -38,7 +38,7 @@ class VegetationParameters(Parameters):
         0.2,
         gt=0,
         le=1,
-        description="a patch is foliage from this thickness on, as a share of its reach; half where pulses go on",
+        description="a patch of points is foliage from this thickness on, as a share of its extent; half of it where the pulse has further returns",
     )
 
     @property

@@ -24,7 +24,7 @@ class AtlasParameters(Parameters):
     form: Literal["jpeg", "png"] = Field(
         "jpeg", description="format of pages; png keeps every pixel of the images as it is"
     )
-    quality: int = Field(92, ge=50, le=100, description="of JPEG")
+    quality: int = Field(92, ge=50, le=100, description="quality of JPEG")
     full_colour: bool = Field(
         False, description="JPEG with as many values of colour as of brightness (4:4:4): finer colours, larger files"
     )

@@ -19,7 +19,10 @@ class TieParameters(Parameters):
 
     matching: MatchingParameters = MatchingParameters()
     bound_px: float = Field(
-        12.0, gt=0.5, le=500, description="a match lies this near to where the given poses have it, pixels"
+        12.0,
+        gt=0.5,
+        le=500,
+        description="largest distance of a match from the place that the given poses predict, pixels",
     )
 
 

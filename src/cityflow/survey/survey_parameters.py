@@ -74,7 +74,7 @@ class EditParameters(Parameters):
     """What a person has drawn."""
 
     path: str = Field(
-        "", description="GeoPackage of edits (docs/edits.md), relative to the workflow file or the folder one stands in"
+        "", description="GeoPackage of edits (docs/edits.md), relative to the workflow file or the current folder"
     )
 
 

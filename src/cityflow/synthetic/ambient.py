@@ -28,7 +28,9 @@ UNDERSIDE_SHARE = 0.5
 class AmbientParameters(Parameters):
     """Lattice and rays of the sky's visibility."""
 
-    rays: int = Field(12, ge=0, le=256, description="directions that are tried per lattice point; 0: all see all")
+    rays: int = Field(
+        12, ge=0, le=256, description="directions that are tested per lattice point; 0: the sky is never occluded"
+    )
     step_m: float = Field(1.0, gt=0.05, le=10, description="distance of lattice points, metres")
 
 

@@ -31,10 +31,14 @@ UP = np.array([0.0, 0.0, 1.0])
 class ControlParameters(Parameters):
     """Points that a surveyor measures on the ground, and somebody marks in the photographs."""
 
-    points: int = Field(5, ge=0, le=1000, description="that hold the block: in the corners and between them")
-    checks: int = Field(10, ge=0, le=1000, description="that are kept out")
-    sigma_m: float = Field(0.01, ge=0, le=10, description="of measured coordinates, per axis, metres (std dev)")
-    sigma_px: float = Field(0.3, ge=0, le=20, description="of marks in images, per axis, pixels (std dev)")
+    points: int = Field(5, ge=0, le=1000, description="control points, in the corners and between them")
+    checks: int = Field(10, ge=0, le=1000, description="check points")
+    sigma_m: float = Field(
+        0.01, ge=0, le=10, description="errors of measured coordinates, per axis, metres (standard deviation)"
+    )
+    sigma_px: float = Field(
+        0.3, ge=0, le=20, description="errors of marks in images, per axis, pixels (standard deviation)"
+    )
 
 
 def true_control(

@@ -24,7 +24,7 @@ class Head(Parameters):
     """One camera of the system."""
 
     name: str = Field("nadir", pattern=r"^[a-z0-9]+$", description="part of the image names")
-    direction: Direction = Field("nadir", description="where it looks, seen from the pilot")
+    direction: Direction = Field("nadir", description="viewing direction, as seen from the pilot")
     tilt_deg: float = Field(0.0, ge=0, le=70, description="angle from the nadir, degrees")
     focal_factor: float = Field(1.0, gt=0.1, le=10, description="focal length over that of the first head")
     size_factor: float = Field(1.0, gt=0.05, le=4, description="pixels per edge over those of the first head")
@@ -33,7 +33,9 @@ class Head(Parameters):
 class FlightParameters(Parameters):
     """What is flown; the first head is the one that GSD and overlaps are stated for."""
 
-    gsd_m: float = Field(0.08, gt=0.005, le=1, description="of the first head in its image centre, metres")
+    gsd_m: float = Field(
+        0.08, gt=0.005, le=1, description="ground sampling distance of the first head in its image centre, metres"
+    )
     altitude_m: float | None = Field(None, gt=10, le=10000, description="above ground, metres; none: from the GSD")
     width_px: int = Field(6000, ge=64, le=40000, description="of the first head's images, pixels")
     height_px: int = Field(4000, ge=64, le=40000, description="of the first head's images, pixels")
@@ -41,16 +43,20 @@ class FlightParameters(Parameters):
     heads: tuple[Head, ...] = Field((Head(),), min_length=1, description="cameras that fire together")
     forward_overlap: float = Field(0.8, ge=0, le=0.98, description="share of the first head's footprint")
     side_overlap: float = Field(0.6, ge=0, le=0.98, description="share of the first head's footprint")
-    heading_deg: float = Field(0.0, ge=0, lt=360, description="of the strips, degrees clockwise from north")
+    heading_deg: float = Field(0.0, ge=0, lt=360, description="heading of the strips, degrees clockwise from north")
     crossing: bool = Field(False, description="a second set of strips at a right angle")
     serpentine: bool = Field(True, description="every second strip is flown the other way")
-    margin_m: float = Field(0.0, ge=0, le=5000, description="by which stations go beyond what covers the area, metres")
+    margin_m: float = Field(
+        0.0, ge=0, le=5000, description="margin of stations beyond those that cover the area, metres"
+    )
     all_stations: bool = Field(False, description="keep images whose footprint misses the area")
     attitude_sigma_deg: float = Field(
-        0.4, ge=0, le=5, description="roll, pitch and yaw off the plan, degrees (std dev)"
+        0.4, ge=0, le=5, description="deviation of roll, pitch and yaw from the plan, degrees (standard deviation)"
     )
-    position_sigma: float = Field(0.004, ge=0, le=0.1, description="stations off the plan, share of the altitude")
-    jitter_seed: int = Field(0, ge=0, description="of attitude and position")
+    position_sigma: float = Field(
+        0.004, ge=0, le=0.1, description="deviation of stations from the plan, share of the altitude"
+    )
+    jitter_seed: int = Field(0, ge=0, description="seed of the errors of attitude and position")
     distortion: tuple[float, ...] = Field((), description="OpenCV's perspective coefficients, of all heads")
     principal_px: tuple[float, float] = Field((0.0, 0.0), description="principal point off the image centre, pixels")
 

@@ -20,29 +20,29 @@ from cityflow.synthetic.flight import small_rotation
 class PoseErrors(Parameters):
     """How far the given orientation is off; normal errors, per axis."""
 
-    position_m: float = Field(0.0, ge=0, le=100, description="of projection centres, metres (standard deviation)")
+    position_m: float = Field(
+        0.0, ge=0, le=100, description="errors of projection centres, metres (standard deviation)"
+    )
     angle_deg: float = Field(
-        0.0, ge=0, le=30, description="of rotations about each camera axis, degrees (standard deviation)"
+        0.0, ge=0, le=30, description="errors of rotations about each camera axis, degrees (standard deviation)"
     )
     angle_px: float = Field(
-        0.0, ge=0, le=100, description="the same in pixels of the image centre, added to it (standard deviation)"
+        0.0, ge=0, le=100, description="further errors of rotations, in pixels of the image centre (standard deviation)"
     )
     together: bool = Field(
         False,
-        description="heads of one station are off alike, so that their relative poses are true; else each by itself",
+        description="heads of one station have the same errors, so that their relative poses are true; otherwise each has its own",
     )
-    shift_m: float = Field(
-        0.0, ge=0, le=1000, description="the whole block is moved this far, in a direction of its own"
-    )
+    shift_m: float = Field(0.0, ge=0, le=1000, description="the whole block is moved this far, in a random direction")
     turn_deg: float = Field(
-        0.0, ge=0, le=180, description="the whole block is turned so far, about an axis in space of its own"
+        0.0, ge=0, le=180, description="the whole block is turned so far, about a random axis in space"
     )
     scale_share: float = Field(0.0, gt=-0.5, lt=1, description="the whole block is larger by this share")
     interior: Literal["true", "nominal"] = Field(
         "true", description="nominal: cameras without distortion, principal point in the image centre"
     )
     focal_share: float = Field(
-        0.0, gt=-0.5, lt=0.5, description="by which the given focal lengths are too long, share of the true ones"
+        0.0, gt=-0.5, lt=0.5, description="error of the given focal lengths, share of the true ones"
     )
 
     @model_validator(mode="after")

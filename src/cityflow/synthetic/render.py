@@ -35,8 +35,8 @@ class RenderParameters(Parameters):
     sky_strength: float = Field(0.22, ge=0, le=5, description="irradiance of a level surface by the open sky")
     haze_m: float = Field(15000.0, ge=500, description="distance over which 63 % of the contrast is lost, metres")
     supersampling: int = Field(2, ge=1, le=6, description="rays per pixel and axis; cost goes with the square")
-    adaptive: bool = Field(True, description="more than one ray only where a pixel sees more than one surface")
-    near_infrared: bool = Field(False, description="a fourth band, bright where things grow")
+    adaptive: bool = Field(True, description="further rays only where a pixel shows more than one surface")
+    near_infrared: bool = Field(False, description="a fourth band, bright on vegetation")
     ambient: AmbientParameters = Field(AmbientParameters(), description="how much of the sky a point sees")
     sensor: SensorParameters = Field(SensorParameters(), description="blur, noise, vignetting, exposure, bits")
 

@@ -25,7 +25,9 @@ class SensorParameters(Parameters):
     blur_px: float = Field(0.5, ge=0, le=5, description="point spread of the lens, pixels (standard deviation)")
     vignetting: float = Field(0.15, ge=0, lt=1, description="share of light lost in the corners of the image")
     exposure: float = Field(1.5, gt=0, le=50, description="gain; 1: a white surface facing the sun just saturates")
-    exposure_sigma: float = Field(0.04, ge=0, le=1, description="of the gain from image to image (log, std dev)")
+    exposure_sigma: float = Field(
+        0.04, ge=0, le=1, description="variation of the gain from image to image (logarithm, standard deviation)"
+    )
     second_group_gain: float = Field(1.0, gt=0.05, le=20, description="gain of a second flight, over the first's")
     second_group_share: float = Field(0.0, ge=0, le=1, description="share of the strips that the second flight has")
     full_well_e: float = Field(20000.0, gt=100, description="electrons at saturation; fewer: more shot noise")

@@ -27,9 +27,15 @@ class RawParameters(Parameters):
     pattern: Literal["RGGB", "BGGR", "GRBG", "GBRG"] = Field("RGGB", description="colours of the first 2 × 2 pixels")
     bits: Literal[12, 16] = Field(12, description="of a value, stored as uint16")
     dark_level: float = Field(0.02, ge=0, le=0.5, description="mean dark signal, share of saturation")
-    dark_sigma: float = Field(0.002, ge=0, le=0.1, description="of pixels' dark signals, share of saturation (std dev)")
-    column_sigma: float = Field(0.001, ge=0, le=0.1, description="of columns' dark signals (standard deviation)")
-    response_sigma: float = Field(0.015, ge=0, le=0.3, description="of pixels' responses to light (standard deviation)")
+    dark_sigma: float = Field(
+        0.002, ge=0, le=0.1, description="scatter of the pixels' dark signals, share of saturation (standard deviation)"
+    )
+    column_sigma: float = Field(
+        0.001, ge=0, le=0.1, description="scatter of the columns' dark signals (standard deviation)"
+    )
+    response_sigma: float = Field(
+        0.015, ge=0, le=0.3, description="scatter of the pixels' responses to light (standard deviation)"
+    )
     hot_share: float = Field(5e-5, ge=0, le=0.01, description="share of pixels with a dark signal of up to a third")
 
     @property

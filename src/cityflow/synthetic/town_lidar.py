@@ -48,8 +48,10 @@ class TownLidarParameters(Parameters):
     sigma_z_m: float = Field(0.025, ge=0, le=1, description="ranging noise, metres (standard deviation)")
     sigma_xy_m: float = Field(0.05, ge=0, le=1, description="planimetric noise per axis, metres (standard deviation)")
     sigma_strip_m: float = Field(0.015, ge=0, le=1, description="height offset between strips, metres (std deviation)")
-    low_outliers_per_ha: float = Field(2.0, ge=0, le=1000, description="points below the ground per hectare")
-    high_outliers_per_ha: float = Field(2.0, ge=0, le=1000, description="birds and haze per hectare")
+    low_outliers_per_ha: float = Field(2.0, ge=0, le=1000, description="false points below the ground per hectare")
+    high_outliers_per_ha: float = Field(
+        2.0, ge=0, le=1000, description="false points above the surface (birds, haze) per hectare"
+    )
     classes: Literal["none", "perfect", "errors", "ahn"] = Field(
         "none", description="classification that the cloud carries; ahn: trees and walls unclassified, bridges class 26"
     )

@@ -19,11 +19,11 @@ from cityflow.synthetic.town_shapes import Overhang, Ring, Volume
 class RowGaps(Parameters):
     """Gaps between the houses of a row, where they shall be others than usual; no house of such a row is like the one before."""
 
-    share: float = Field(0.45, ge=0, le=1, description="of the houses, followed by a gap")
+    share: float = Field(0.45, ge=0, le=1, description="share of the houses that are followed by a gap")
     width_m: tuple[float, float] = Field((0.6, 1.2), description="least and greatest width, metres")
-    tree_share: float = Field(0.0, ge=0, le=1, description="of the gaps, filled by a tree")
+    tree_share: float = Field(0.0, ge=0, le=1, description="share of the gaps that are filled by a tree")
     roofed_share: float = Field(
-        0.0, ge=0, le=1, description="of a gap's width, under the verges of the gables beside it"
+        0.0, ge=0, le=1, description="share of a gap's width under the verges of the gables beside it"
     )
 
     def of(self, rule: RowRule) -> RowRule:

@@ -37,15 +37,15 @@ class VideoParameters(Parameters):
     frames_a_second: float = Field(12.5, ge=1, le=60, description="frames a second")
     altitude_m: float = Field(60.0, gt=5, le=2000, description="above the ground in the middle of the area, metres")
     tilt_deg: float = Field(25.0, ge=0, le=70, description="angle of the camera from the nadir, ahead, degrees")
-    speed_ms: float = Field(12.0, ge=0, le=100, description="of the carrier, metres a second; 0: it only turns")
-    turn_deg: float = Field(270.0, ge=0, le=3600, description="by which the carrier turns in the whole flight, degrees")
-    attitude_deg: float = Field(
-        1.0, ge=0, le=10, description="amplitude of roll, pitch and yaw that come and go, degrees"
+    speed_ms: float = Field(12.0, ge=0, le=100, description="speed of the carrier, metres a second; 0: it only turns")
+    turn_deg: float = Field(
+        270.0, ge=0, le=3600, description="angle that the carrier turns by in the whole flight, degrees"
     )
-    blurred_share: float = Field(0.1, ge=0, le=0.9, description="share of the frames that a gust blurs")
-    blur_px: float = Field(9.0, ge=0, le=60, description="length of that blur, pixels")
+    attitude_deg: float = Field(1.0, ge=0, le=10, description="amplitude of periodic roll, pitch and yaw, degrees")
+    blurred_share: float = Field(0.1, ge=0, le=0.9, description="share of the frames that are blurred by motion")
+    blur_px: float = Field(9.0, ge=0, le=60, description="length of this blur, pixels")
     hover_s: float = Field(1.0, ge=0, le=60, description="the carrier stands still for so long, seconds")
-    repeated_s: float = Field(0.8, ge=0, le=60, description="so many seconds of before come again")
+    repeated_s: float = Field(0.8, ge=0, le=60, description="so many seconds of the video are repeated")
     subtitles: bool = Field(
         True, description="GNSS positions of the carrier beside the video, as drones write them (.srt)"
     )

@@ -27,7 +27,7 @@ class RedundancyParameters(Parameters):
     """Which images of a face go because others show the same."""
 
     least_gain: float = Field(
-        0.05, ge=0, le=1, description="an image stays if at least this share of what it sees of a face is new"
+        0.05, ge=0, le=1, description="an image is kept if at least this share of its view of a face is new"
     )
     least_covered: float = Field(
         0.995,

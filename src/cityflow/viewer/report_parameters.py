@@ -33,11 +33,14 @@ class ReportParameters(Parameters):
     )
     listed: int = Field(10, ge=0, le=1000, description="buildings in the lists of the worst and of the slowest")
     models: int = Field(
-        600, ge=1, le=100000, description="models in the picture of the whole; of more, those around the densest spot"
+        600,
+        ge=1,
+        le=100000,
+        description="largest number of models in the picture of the whole city; of more, those around the densest place",
     )
     rows: int = Field(
         100_000,
         ge=0,
-        description="buildings up to which the report has a row for each; of more it lists the worst, the slowest and those that did not end as asked",
+        description="buildings up to which each has a row in the report; of more only the worst, the slowest and those that did not end as requested",
     )
     across_m: float = Field(130.0, ge=20, le=2000, description="ground across the views from four sides, m")

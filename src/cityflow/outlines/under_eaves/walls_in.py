@@ -39,9 +39,11 @@ class WallsInParameters(Parameters):
         2.0,
         ge=0,
         le=10,
-        description="a façade is inside by more than so many standard deviations of façade and outline together",
+        description="a wall moves in if its façade is inside by more than so many standard deviations of façade and outline together",
     )
-    least_m: float = Field(0.15, ge=0.02, le=2, description="and by at least this distance, m")
+    least_m: float = Field(
+        0.15, ge=0.02, le=2, description="a wall moves in if its façade is inside by at least this distance, m"
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,7 +43,10 @@ class RoofCellParameters(Parameters):
         15.0, gt=0, le=60, description="normals of one surface's cells agree within this (degrees)"
     )
     worse: float = Field(
-        1.15, gt=1, le=5, description="groups are one where neither lies so many times worse on the plane of both"
+        1.15,
+        gt=1,
+        le=5,
+        description="groups are merged if their common plane fits neither of them worse by this factor",
     )
     max_slope_deg: float = Field(72.0, gt=45, lt=90, description="steeper cells (degrees) are walls")
     min_area_m2: float = Field(

@@ -57,11 +57,13 @@ POINTS_AROUND = 12
 class VoxelFilterParameters(Parameters):
     """How far from the local surface a point may be."""
 
-    edge_m: float = Field(0.0, ge=0, le=20, description="edge of a cube (m); 0: guessed from a sparse dry run")
+    edge_m: float = Field(0.0, ge=0, le=20, description="edge of a cube (m); 0: estimated from a sample of the cloud")
     class_sigmas: float = Field(
         2.5, ge=0.2, le=10, description="width of a class of the histogram, in standard deviations of the noise there"
     )
-    sample: int = Field(100, ge=20, le=10_000, description="blocks of cubes that the dry run looks at")
+    sample: int = Field(
+        100, ge=20, le=10_000, description="blocks of cubes in the sample that the edge is estimated from"
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,12 @@ class OverhangParameters(Parameters):
     significance: float = Field(
         2.0, ge=0, le=10, description="an overhang counts if it is more than so many of its standard deviations"
     )
-    alone_significance: float = Field(3.0, ge=0, le=10, description="the same if only heights show it, not colours")
+    alone_significance: float = Field(
+        3.0,
+        ge=0,
+        le=10,
+        description="an overhang that only heights show, not colours, counts if it is more than so many of its standard deviations",
+    )
     each_significance: float = Field(
         1.5, ge=0, le=10, description="if both show it, each alone must reach so many standard deviations"
     )
@@ -45,7 +50,10 @@ class OverhangParameters(Parameters):
         description="colours are searched so far outside the rim of the heights, cells of these; 0: no colours",
     )
     picture_inside_cells: float = Field(
-        5.0, ge=0, le=20, description="and so far inside it, cells: matching extends bright roofs over shadow"
+        5.0,
+        ge=0,
+        le=20,
+        description="colours are searched so far inside the rim of the heights, cells of these: matching extends bright roofs over shadow",
     )
     coarsest_cell_m: float = Field(
         0.3, gt=0, le=5, description="coarser cells do not show rims; then points are used (m)"
@@ -65,15 +73,21 @@ class OverhangParameters(Parameters):
         description="standard deviation of outlines of unknown accuracy (m), before their own edges are used; "
         "null: from the survey's façades, 0.1 without any",
     )
-    outline_weight: float = Field(2.0, gt=0, le=100, description="that value counts as so many edges of the unit")
+    outline_weight: float = Field(2.0, gt=0, le=100, description="outline_sigma_m counts as so many edges of the unit")
     roof_edge_off_m: float = Field(
         0.08, ge=0, le=2, description="a façade farther from an outline along the roof's edge is the wall instead (m)"
     )
     wall_edge_off_m: float = Field(
-        0.2, ge=0, le=2, description="the same for an outline that was found along walls (m)"
+        0.2,
+        ge=0,
+        le=2,
+        description="a façade farther from an outline that was found along walls is the wall instead (m)",
     )
     given_edge_off_m: float = Field(
-        0.6, ge=0, le=2, description="the same for given outlines and those of unknown source (m)"
+        0.6,
+        ge=0,
+        le=2,
+        description="a façade farther from a given outline, or one of unknown source, is the wall instead (m)",
     )
     eave_spread_m: float = Field(
         EAVE_SPREAD_M,

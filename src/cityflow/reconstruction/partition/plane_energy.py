@@ -20,7 +20,9 @@ class PartitionParameters(Parameters):
     """How an outline is cut, and what an edge must be worth."""
 
     reach: float = Field(1.0, gt=0, le=5, description="segments nearer than this (m) are neighbours")
-    gap: float = Field(4.0, gt=0, le=50, description="so far (m) across stretches without planes")
+    gap: float = Field(
+        4.0, gt=0, le=50, description="segments nearer than this (m) are neighbours across areas without planes"
+    )
     min_length: float = Field(0.7, gt=0, le=10, description="shortest line (m) along which the outline is cut")
     min_width: float = Field(
         0.6, ge=0, le=5, description="narrower roof polygons (m) are removed unless points support them"
@@ -28,9 +30,12 @@ class PartitionParameters(Parameters):
     tolerance: float = Field(0.15, gt=0, le=2, description="vertical miss (m) from which a point counts as unexplained")
     edge_cost: float = Field(0.15, ge=0, le=10, description="m² of unexplained roof that a metre of edge must save")
     step_cost: float = Field(
-        0.2, ge=0, le=10, description="the same for a metre of edge per metre of height step along it"
+        0.2,
+        ge=0,
+        le=10,
+        description="further m² that a metre of edge must save, for each metre of height step along it",
     )
-    step_limit: float = Field(0.3, gt=0, le=100, description="higher steps (m) cost no more than this one")
+    step_limit: float = Field(0.3, gt=0, le=100, description="steps higher than this (m) cost no more")
     number_cost: float = Field(
         0.6,
         ge=0,

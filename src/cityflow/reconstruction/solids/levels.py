@@ -23,7 +23,7 @@ class LevelParameters(Parameters):
     """Heights of blocks, and what sets two blocks apart."""
 
     percentile: float = Field(70.0, ge=0, le=100, description="percentile of the roof's heights that is a block's top")
-    jump: float = Field(3.0, gt=0, le=100, description="mean height step (m) along an edge that parts two blocks")
+    jump: float = Field(3.0, gt=0, le=100, description="least mean height step (m) along an edge between two blocks")
     min_area_m2: float = Field(4.0, ge=0, le=1000, description="smaller blocks join their highest neighbour")
 
 

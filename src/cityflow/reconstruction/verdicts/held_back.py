@@ -28,9 +28,9 @@ class HeldBackParameters(Parameters):
         30,
         ge=1,
         le=10_000,
-        description="where fewer would be held back, the model is made from all points, and others without some of them test it",
+        description="if fewer points would be held back, the model is made from all points, and further models without some of them test it",
     )
-    tests: int = Field(2, ge=1, le=20, description="models that test such a unit, each without other points")
+    tests: int = Field(2, ge=1, le=20, description="number of these further models, each without other points")
 
 
 def groups_of(xyz: FloatArray, groups: int) -> IntArray:

@@ -48,8 +48,8 @@ LEAST_HEIGHT, LEAST_AREA_M2 = 1.8, 2.0
 class UndersideParameters(Parameters):
     """When a part of a building stands over a void."""
 
-    search: bool = Field(True, description="look for voids at all")
-    depth: float = Field(8.0, gt=0, le=50, description="a wall tells of a void no farther (m) before it than this")
+    search: bool = Field(True, description="voids under roofs are searched")
+    depth: float = Field(8.0, gt=0, le=50, description="a wall shows a void at most this far (m) in front of it")
     prior: float = Field(0.3, ge=0, le=1, description="share of a column that must be seen open")
     edge_cost: float = Field(0.2, ge=0, le=10, description="m² that a metre of a void's rim costs where no wall stands")
     min_points: int = Field(15, ge=1, le=10_000, description="fewest points on the walls behind a void")

@@ -34,10 +34,17 @@ class PrincipalParameters(Parameters):
         4.0,
         gt=0,
         le=30,
-        description="standard deviation of the direction of a segment of one metre before the data tell theirs, degrees",
+        description="standard deviation of the direction of a segment of one metre, before it is estimated from the data, degrees",
     )
-    least_share: float = Field(0.08, gt=0, le=1, description="a side maximum's weight over that of the main one")
-    least_slope_share: float = Field(0.15, gt=0, le=1, description="the same for slopes")
+    least_share: float = Field(
+        0.08,
+        gt=0,
+        le=1,
+        description="least weight of a further maximum of orientations, as a share of that of the main one",
+    )
+    least_slope_share: float = Field(
+        0.15, gt=0, le=1, description="least weight of a further maximum of slopes, as a share of that of the main one"
+    )
     least_apart_deg: float = Field(1.2, gt=0, le=20, description="maxima of aspect that are nearer are one, degrees")
     most_aspects: int = Field(12, ge=1, le=40, description="largest number of orientations")
     most_slopes: int = Field(6, ge=1, le=40, description="largest number of slopes")
@@ -46,7 +53,7 @@ class PrincipalParameters(Parameters):
     )
     least_weight: float = Field(0.35, ge=0, le=1, description="least share of length along main directions")
     main_weight: float = Field(
-        0.4, ge=0, le=1, description="least share of it along the main orientation; less is a curved row"
+        0.4, ge=0, le=1, description="least share of length along the main orientation; less is a curved row"
     )
     least_segments: int = Field(
         6, ge=1, le=10000, description="fewer segments with a direction give no main directions"

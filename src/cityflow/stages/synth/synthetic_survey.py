@@ -39,7 +39,7 @@ class RawOutput(RawParameters):
 class SynthParameters(Parameters):
     """A synthetic survey."""
 
-    seed: int = Field(1, ge=0, description="everything follows from it")
+    seed: int = Field(1, ge=0, description="seed of the town and of all noise")
     crs: str = Field("EPSG:7415", description="EPSG:n with heights, or local")
     origin: tuple[float, float] = Field(
         (85000.0, 447000.0), description="south-west corner of the surveyed area, metres"
@@ -49,7 +49,7 @@ class SynthParameters(Parameters):
     )
     surroundings_m: float | None = Field(
         None, ge=0, le=2000,
-        description="the town goes on so far beyond the surveyed area, metres; null: as far as an image that meets the area can see",
+        description="the town extends so far beyond the surveyed area, metres; null: as far as an image that shows part of the area can see",
     )  # fmt: skip
     town: TownParameters = TownParameters()
     flight: FlightParameters | None = Field(PRESETS["five_cameras"], description="how pictures are taken; null: none")
@@ -60,7 +60,7 @@ class SynthParameters(Parameters):
     control: ControlParameters | None = Field(
         None, description="control and check points with their marks in the pictures; null: none"
     )
-    jpeg_quality: int = Field(95, ge=0, le=100, description="of pictures of 8 bits; 0: lossless TIFF")
+    jpeg_quality: int = Field(95, ge=0, le=100, description="JPEG quality of pictures of 8 bits; 0: lossless TIFF")
     lidar: TownLidarParameters | None = Field(None, description="how the town is scanned; null: not at all")
     video: VideoParameters | None = Field(None, description="a video of a flight over the area; null: none")
     truth_cell_m: float = Field(0.08, ge=0.02, le=1, description="cell of the truth rasters, metres")
