@@ -32,6 +32,7 @@ from cityflow.flow.store import Store
 from cityflow.flow.workspace import Workspace
 from cityflow.geometry.textured_view import TexturedTriangles
 from cityflow.handover.depth_map_files import decode_depth_map, encode_depth_map
+from cityflow.io.points.las_image_points import write_image_points
 from cityflow.matching.match import MatchParameters, match
 from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
@@ -49,6 +50,7 @@ from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.surface.image_surface import image_surface
 from cityflow.surface.ortho_visibility import BlockingSurface
 from cityflow.surface.point_classes import classify_points
+from cityflow.surface.sample import sample
 from cityflow.surface.tile_surface import surface_of_tile
 from cityflow.surface.true_ortho import true_ortho
 from cityflow.surface.witnesses import Witness, WitnessParameters, words_for
@@ -103,13 +105,18 @@ def match_pictures() -> None:
     points = standing_points(found, seen_once, middle.image, everywhere)
     lens = replace(middle.image.camera, distortion=(0.01, -0.001, 0.0, 0.0))
     standing_points(found, seen_once, replace(middle.image, camera=lens), everywhere)
-    find_wall_points(points, WallPointParameters())
+    lens.distort(np.zeros((1, 2)))
+    # the plain stood on its edge is a wall
+    upright = replace(points, xyz=np.ascontiguousarray(points.xyz[:, [0, 2, 1]]))
+    assert len(find_wall_points(upright, WallPointParameters()).xyz), "the wall was not found"
     seen = [Witness.of(view.image, [found]) for view in images]
     words_for(seen, cells.bounds, WitnessParameters())
     slanting = replace(points, names=("aside",), centres=points.centres + np.array([60.0, 0.0, 0.0]))
     surface = image_surface(joined([points, slanting]), (40.0, 40.0, 60.0, 60.0), CELL_M, 4)
-    classify_points(points, surface)
+    floating = joined([points, replace(points, xyz=points.xyz + np.array([0.0, 0.0, 15.0]))])
+    write_image_points(floating, classify_points(floating, surface))
     heights, grid = surface.fine.dsm_filled.astype(np.float32), surface.fine.grid
+    sample(grid, heights, np.array([50.0]), np.array([50.0]))
     true_ortho(grid, heights, BlockingSurface(grid, heights), images)
 
 

@@ -106,7 +106,7 @@ class Words:
         """(h, w) those for a depth map of the image, which lies within."""
         row, col, height, width = window
         row, col = row - self.row, col - self.col
-        return self.count[row : row + height, col : col + width]
+        return np.ascontiguousarray(self.count[row : row + height, col : col + width])
 
 
 @dataclass(frozen=True, slots=True)
