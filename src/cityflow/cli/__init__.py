@@ -47,7 +47,7 @@ def parameters(
     everything: Annotated[bool, typer.Option("--all", help="All keys, not only the most used ones")] = False,
     made: Annotated[bool, typer.Option("--synth", help="All keys of cityflow synth instead")] = False,
 ) -> None:
-    """Keys that a workflow may set: default, meaning and unit, what it may be. Without a name: those that a user may want first."""
+    """Keys that a workflow may set: default, meaning with unit, allowed values. Without a name: the most useful ones."""
     keys = known_keys(SYNTH if made else CITY)
     text = described(keys, wanted) if wanted or everything or made else described_common(keys)
     options.console.print(text, markup=False, highlight=False, soft_wrap=True)

@@ -41,10 +41,10 @@ def orient(
         ),
     ] = None,
     marks: Annotated[
-        Path | None, typer.Option(help="Marks of the control points, where these have a file of their own (Pix4D)")
+        Path | None, typer.Option(help="Marks of the control points, if they are in a separate file (Pix4D)")
     ] = None,
     control_crs: Annotated[
-        str, typer.Option(help="Catalog: CRS of the control points, where their file states none: EPSG:25832+7837")
+        str, typer.Option(help="Catalog: CRS of the control points, if their file states none, e.g. EPSG:25832+7837")
     ] = "",
     onto: Annotated[
         list[str] | None,
@@ -55,13 +55,18 @@ def orient(
     ] = None,
     scale: Annotated[
         float | None,
-        typer.Option(min=0.01, help="Photographs: median height over the ground, metres, where nothing else is known"),
+        typer.Option(
+            min=0.01,
+            help="Photographs: median height above ground, metres, if there are neither GNSS positions nor control points",
+        ),
     ] = None,
-    local: Annotated[bool, typer.Option("--local", help="Photographs: go on in a frame of unknown scale")] = False,
+    local: Annotated[
+        bool, typer.Option("--local", help="Photographs: continue in a local frame of unknown scale")
+    ] = False,
     sequence: Annotated[
         bool,
         typer.Option(
-            "--sequence", help="Photographs: they are a sequence by their names; frames are chosen as of a video"
+            "--sequence", help="Photographs: a sequence in the order of their names; frames are chosen as in a video"
         ),
     ] = False,
     crs: Annotated[

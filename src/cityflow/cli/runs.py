@@ -222,7 +222,7 @@ def explain(
     every_parameter: Annotated[bool, typer.Option("--parameters", help="All parameters, also defaults")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """All information on one unit: inputs, attempts, parameters, scores of candidates, timings, reason, outputs; of an orientation on one image."""
+    """All information on one unit: inputs, attempts, parameters, scores of candidates, timings, reason, outputs. In an orientation: on one image."""
     if is_orientation(run_url, picture):
         from cityflow.workflow.orientation_standing import explain_image
 

@@ -29,7 +29,9 @@ def update(
     settings: SetOption = None,
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
-    smaller: Annotated[bool, typer.Option("--smaller", help="Ground tiles without new data may go")] = False,
+    smaller: Annotated[
+        bool, typer.Option("--smaller", help="Allow that ground tiles without new data are removed")
+    ] = False,
     trust: TrustOption = False,
     allow_outside: OutsideOption = False,
     quiet: QuietOption = False,

@@ -62,7 +62,7 @@ class ReconstructParameters(Parameters):
     methods: tuple[str, ...] = Field(
         DEFAULT_METHODS,
         min_length=1,
-        description="tried in this order; of equal results the earlier counts; module:function is a custom method",
+        description="methods that are tried; of equal results the earlier in this list is kept; module:function is a custom method",
     )
     orientation_histogram: OrientationHistogramParameters = OrientationHistogramParameters()
     monolithic: MonolithicParameters = MonolithicParameters()

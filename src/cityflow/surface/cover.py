@@ -32,7 +32,9 @@ LEVEL_STEP_M = 0.35
 class CoverParameters(Parameters):
     """Rules of the class raster."""
 
-    building_height_m: float = Field(2.0, ge=0.5, le=20, description="buildings stand out by at least this, metres")
+    building_height_m: float = Field(
+        2.0, ge=0.5, le=20, description="buildings are higher than the terrain by at least this, metres"
+    )
     water_share: float = Field(0.25, ge=0, le=1, description="water sends less than this share of the usual returns")
     water_area_m2: float = Field(80.0, ge=0, le=1e6, description="smaller areas with few returns are shadows, m²")
     level_share: float = Field(0.06, ge=0, le=1, description="share of a bridge's border that meets the road")

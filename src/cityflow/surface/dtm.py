@@ -38,9 +38,7 @@ else:
 class _Choice(Parameters):
     """Which method finds the terrain."""
 
-    method: Method = Field(
-        "auto", description="auto: classified where the cloud has ground points, else the best of the others"
-    )
+    method: Method = Field("auto", description="auto: classified where the cloud has ground points, else morphological")
 
     @property
     def halo_m(self) -> float:

@@ -83,7 +83,7 @@ class RawInput(Parameters):
     calibration: CalibrationFrames | None = Field(None, description="dark and flat frames of the cameras; null: none")
     undistort: bool = Field(
         False,
-        description="make pinhole images; otherwise distortion goes in the one resampling that matching does anyway",
+        description="make pinhole images; false: matching and orthos remove distortion in their own resampling",
     )
     near_infrared: InfraredFrames | None = Field(
         None, description="pictures of a near-infrared head, to be the fourth band; null: none"

@@ -51,7 +51,8 @@ class OutlineParameters(Parameters):
     """Where outlines come from."""
 
     source: Literal["auto", "given", "found"] = Field(
-        "auto", description="the catalog's outlines, those found in the surface, or the catalog's where it has some"
+        "auto",
+        description="given: the catalog's outlines; found: those found in the surface; auto: given where the catalog has some, else found",
     )
     found: FindParameters = FindParameters()
     walls_in: WallsInParameters = WallsInParameters()
@@ -154,7 +155,9 @@ class StageLimits(Parameters):
 class ExecutionParameters(Parameters):
     """How tasks are run; nothing here changes a result. Each stage has limits of its own under its name (`cityflow.pipeline.workflow_parameters`)."""
 
-    max_in_flight: int | None = Field(None, ge=1, description="tasks on the scheduler at once; null: some per worker")
+    max_in_flight: int | None = Field(
+        None, ge=1, description="tasks on the scheduler at once; null: a number per worker"
+    )
 
     def limits_of(self, stage: str) -> Limits:
         chosen: StageLimits = getattr(self, stage)

@@ -65,7 +65,8 @@ class TextureParameters(Parameters):
         60.0, ge=0, le=300, description="the surface this far around a unit may stand between it and a camera, m"
     )
     ranking: Literal["worst_gsd", "share_angle_gsd"] = Field(
-        "worst_gsd", description="which images of a face come first: Frommholz's measure, or Gross's"
+        "worst_gsd",
+        description="order of the images of a face: by their coarsest sampling distance on it (Frommholz), or by seen share, angle and sampling distance (Gross)",
     )
     rank: RankingParameters = RankingParameters()
     visibility: VisibilityParameters = VisibilityParameters()

@@ -74,7 +74,9 @@ READERS: Mapping[str, Reader] = {
             **ANGLES,
         },
     ),
-    "bundler": Reader("bundle.out of Bundler", {"bundler_list": "List of Bundler's images, where not list.txt beside"}),
+    "bundler": Reader(
+        "bundle.out of Bundler", {"bundler_list": "List of Bundler's images, if not list.txt in the same folder"}
+    ),
     "metashape": Reader("cameras of Metashape as XML"),
     "inpho": Reader(
         "Inpho's project (.prj)",
