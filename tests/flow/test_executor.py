@@ -376,6 +376,39 @@ def test_records_are_joined_while_a_run_goes_on_and_change_nothing(client: Clien
     assert left["joined"] == left["one by one"]
 
 
+def test_workers_join_records_and_remove_their_files(
+    client: Client, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise AssertionError("the driver does it")
+
+    monkeypatch.setattr("cityflow.flow.ledger.write_segment", refuse)
+    monkeypatch.setattr("cityflow.flow.removal.Removal._begin_here", refuse)
+    with Ledger.open(store, segment=Town().size) as ledger:
+        run_tasks(Town(), client, store, ledger)
+        assert len(store.find("segments")) == 2
+        assert store.find("records") == []
+    with Ledger.open(store) as ledger:
+        assert len(list(ledger.records())) == Town().size
+
+
+@pytest.mark.parametrize("what", ["joined", "removed"])
+def test_where_a_worker_dies_over_records_the_driver_sees_to_them(
+    client: Client, store: Store, monkeypatch: pytest.MonkeyPatch, what: str
+) -> None:
+    def die(*_: object) -> None:
+        os._exit(1)
+
+    monkeypatch.setattr(f"cityflow.flow.joining.{what}_apart", die)
+    with Ledger.open(store, segment=6) as ledger:
+        assert sum(run_tasks(Town(), client, store, ledger).ran.values()) == Town().size
+        assert len(store.find("segments")) == 2 * (Town().size // 6)
+        assert len(store.find("records")) == Town().size % 6
+    with Ledger.open(store) as ledger:
+        assert {r.status for r in ledger.records()} == {Status.DONE}
+        assert len(list(ledger.records())) == Town().size
+
+
 def test_a_damaged_segment_is_named_and_its_tasks_run_again(client: Client, store: Store) -> None:
     with Ledger.open(store, segment=6) as ledger:
         run_tasks(Town(), client, store, ledger)
@@ -405,6 +438,7 @@ def test_records_that_cannot_be_joined_stay_as_they_are(
     def refuse(*_: object) -> None:
         raise error
 
+    monkeypatch.setattr("cityflow.flow.joining.joined_apart", refuse)
     monkeypatch.setattr("cityflow.flow.ledger.write_segment", refuse)
     with Ledger.open(store, segment=6) as ledger:
         if error.errno == 28:

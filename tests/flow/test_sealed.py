@@ -54,7 +54,7 @@ def test_a_record_of_several_lines_becomes_one_line() -> None:
 def test_the_index_of_a_run_is_the_one_that_its_files_give(client: Client, store: Store, ledger: Ledger) -> None:
     """Drafts among them: what a worker seals for the next task is what the driver takes in."""
     run_tasks(Chains(chain("ingest", "match", "fuse")), client, store, ledger)
-    told = {(line.row.stage, line.text, line.digest) for line in ledger._loose.oldest(10)}
+    told = {(taken.row.stage, taken.line.text, taken.digest) for taken in ledger._loose.oldest(10)}
     assert len(told) == 3
     assert all(text == store.read_bytes(record_path(stage, "1", 1)) for stage, text, _ in told)
 

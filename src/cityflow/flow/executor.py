@@ -106,7 +106,7 @@ class _Run:
         self.kept: Counter[tuple[str, Status]] = Counter()
         self.damaged: set[str] = set()
         self._submission = Submission(context.client, context.store, context.ledger, context.redo, context.usual_mb)
-        self._joining = Joining(context.ledger, context.progress)
+        self._joining = Joining(context.ledger, context.progress, context.client)
         self._leaves = ErredLeaves(context.client, context.store.root)
 
     def loop(self, check_interrupt: Callable[[], None]) -> None:
@@ -128,6 +128,7 @@ class _Run:
     def stop(self) -> None:
         """Drop what is in flight; what workers are just doing still writes its records."""
         self._submission.stop()
+        self._joining.stop()
         self._leaves.end()
         self._context.ledger.commit()
         self._context.progress.tick()

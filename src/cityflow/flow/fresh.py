@@ -55,10 +55,10 @@ class Fresh:
         highest = self._highest.get((stage, folder), 0)
         return [taken for a in range(highest, 0, -1) if (taken := self._found.get((stage, folder, a))) is not None]
 
-    def oldest(self, most: int, without: Iterable[Row]) -> list[Line]:
+    def oldest(self, most: int, without: Iterable[Row]) -> list[Taken]:
         """In the order in which they came, but for some."""
         others = {_key(row) for row in without}
-        return [taken.line for taken in islice((t for key, t in self._found.items() if key not in others), most)]
+        return [*islice((t for key, t in self._found.items() if key not in others), most)]
 
     def drop(self, rows: Iterable[Row]) -> None:
         """They stand elsewhere now."""

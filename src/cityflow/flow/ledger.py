@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 from cityflow.core.arrays import IntArray
 from cityflow.core.building import Status
+from cityflow.flow.fresh import Taken
 from cityflow.flow.loose import Held, Loose
 from cityflow.flow.mending import mended
 from cityflow.flow.outputs import Outputs
-from cityflow.flow.record_segments import bits_of, write_segment
+from cityflow.flow.record_segments import Segment, bits_of, write_segment
 from cityflow.flow.records import quoted, write_mark
 from cityflow.flow.removal import Removal
 from cityflow.flow.row import Row
@@ -40,7 +41,7 @@ class Ledger:
         self._outputs = Outputs(store, verify=verify)
         self._loose = Loose(store)
         self._joined = Joined(store, verify=verify)
-        self._removal = Removal(store)
+        self.removal = Removal(store)  # of files of joined records: true while some are still to go
         self._waiting = 0
         self._last: Record | None = None
 
@@ -70,13 +71,13 @@ class Ledger:
         self.close()
 
     def close(self) -> None:
-        self._removal.close()
+        self.removal.close()
         self._loose.close()
 
     def refresh(self) -> int:
         """Take over records and marks that others wrote, forget those that are gone or changed; returns how many files of them were new."""
         self._last = None
-        self._removal.settle()
+        self.removal.settle()
         new = self._loose.refresh()
         self._joined.refresh()
         self._waiting = self._loose.count()
@@ -233,24 +234,27 @@ class Ledger:
         ------
         OSError : the segment cannot be written, or files of an earlier one cannot be removed
         """
-        if self._waiting < self._segment:
-            return 0
-        self._removal.settle()
-        lines = self._loose.oldest(self._segment)
-        self._waiting = len(lines)
-        if self._waiting < self._segment:
-            return 0
-        new = [line for line in lines if not self._joined.has_same(line)]
-        if new:
-            self._joined.add(segment := write_segment(self.store, new))
-        self._removal.begin(self._loose.moved(lines, [segment.name] if new else []))
-        self._waiting = self._loose.count()
-        return len(lines)
+        records, new = self.to_join()
+        if records:
+            self.joined(records, write_segment(self.store, [taken.line for taken in new]) if new else None)
+        return len(records)
 
-    @property
-    def is_removing(self) -> bool:
-        """Whether files of joined records are still to go."""
-        return bool(self._removal)
+    def to_join(self) -> tuple[list[Taken], list[Taken]]:
+        """What `join` would join now: the records, and those of them that stand in no segment yet. Raises OSError as `join`."""
+        if self._waiting >= self._segment:
+            self.removal.settle()
+            records = self._loose.oldest(self._segment)
+            self._waiting = len(records)
+            if self._waiting >= self._segment:
+                return records, [taken for taken in records if not self._joined.has_same(taken)]
+        return [], []
+
+    def joined(self, records: Sequence[Taken], segment: Segment | None) -> None:
+        """What `to_join` gave stands in segments now, its new records in this one: it was read back."""
+        if segment is not None:
+            self._joined.add(segment)
+        self.removal.begin(self._loose.moved(records, [] if segment is None else [segment.name]))
+        self._waiting = self._loose.count()
 
     def mend(self) -> list[str]:
         """Take damaged segments apart, and write tables that are missing; returns what was found, a line for each. For drivers only."""

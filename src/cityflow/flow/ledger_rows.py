@@ -10,7 +10,7 @@ from cityflow.flow import index
 from cityflow.flow.fresh import Taken
 from cityflow.flow.index import COLUMNS, DamagedIndexError
 from cityflow.flow.records import decode, quoted, record_path
-from cityflow.flow.row import NAMES, Line, Row
+from cityflow.flow.row import NAMES, Row
 from cityflow.flow.task import Record
 
 INSERT = f"INSERT OR REPLACE INTO files ({COLUMNS}, row_sum, body) VALUES ({', '.join('?' * 17)})"
@@ -24,15 +24,15 @@ def row_values(taken: Taken, stamp: str) -> tuple[Any, ...]:
     return (*values, index.sum_of(values), body)
 
 
-def line_of(values: Sequence[Any]) -> Line:
-    """What `Loose.oldest` selects, as a line of a segment. Raises DamagedIndexError."""
+def taken_of(values: Sequence[Any]) -> Taken:
+    """What `Loose.oldest` selects. Raises DamagedIndexError."""
     digest, *where = values[len(NAMES) :]
-    return Line(Row.of_values(values[: len(NAMES)]), digest, _text(*where))
+    return Taken(Row.of_values(values[: len(NAMES)]), digest, _sound(*where))
 
 
 def unpacked(stage: str, folder: str, name: str, body_sum: int, body: bytes) -> Record:
     """Raises DamagedIndexError."""
-    return decode(_text(stage, folder, name, body_sum, body))
+    return decode(zlib.decompress(_sound(stage, folder, name, body_sum, body)))
 
 
 def readable_record(data: bytes, path: str) -> Record | None:
@@ -49,7 +49,8 @@ def attempt_of(name: str) -> int | None:
     return int(digits) if digits.isdigit() else None
 
 
-def _text(stage: str, folder: str, name: str, body_sum: int, body: bytes) -> bytes:
+def _sound(stage: str, folder: str, name: str, body_sum: int, body: bytes) -> bytes:
+    """The compressed text of a record, as it was indexed."""
     if zlib.crc32(body) != body_sum:
         raise DamagedIndexError(f"{stage}/{folder}/{name}")
-    return zlib.decompress(body)
+    return body

@@ -13,9 +13,9 @@ from cityflow.errors import RunError
 from cityflow.flow import index
 from cityflow.flow.fresh import Fresh, Taken
 from cityflow.flow.index_files import Keys, inserted, inserted_marks, taken_over
-from cityflow.flow.ledger_rows import line_of, unpacked
+from cityflow.flow.ledger_rows import taken_of, unpacked
 from cityflow.flow.records import FOLDER, mark_path, quoted, record_path
-from cityflow.flow.row import NAMES, Line, Row
+from cityflow.flow.row import NAMES, Row
 from cityflow.flow.sealed import Sealed
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
@@ -147,19 +147,19 @@ class Loose:
         """How many records there are; one that is both in memory and in the index, which another process has completed, counts twice."""
         return int(self._rows("SELECT COUNT(*) FROM files WHERE body IS NOT NULL")[0][0]) + len(self._fresh)
 
-    def oldest(self, most: int) -> list[Line]:
+    def oldest(self, most: int) -> list[Taken]:
         """Records in the order in which they came, to be joined."""
         query = f"SELECT {ROW}, digest, stage, folder, name, body_sum, body FROM files WHERE body IS NOT NULL ORDER BY rowid LIMIT ?"
 
-        def read() -> list[Line]:
-            return [line_of(row) for row in self._database.execute(query, (most,)).fetchall()]
+        def read() -> list[Taken]:
+            return [taken_of(row) for row in self._database.execute(query, (most,)).fetchall()]
 
-        lines = self._sound(read)
-        return [*lines, *self._fresh.oldest(most - len(lines), [line.row for line in lines])]
+        found = self._sound(read)
+        return [*found, *self._fresh.oldest(most - len(found), [taken.row for taken in found])]
 
-    def moved(self, lines: Sequence[Line], segments: Sequence[str]) -> list[str]:
+    def moved(self, records: Sequence[Taken], segments: Sequence[str]) -> list[str]:
         """Forget records that stand in segments now, and the marks of their attempts; the files that can go."""
-        return self._sound(lambda: self._moved(lines, segments))
+        return self._sound(lambda: self._moved(records, segments))
 
     def apart(self, segments: Sequence[str]) -> None:
         """Forget segments that are no more."""
@@ -239,23 +239,23 @@ class Loose:
             self._database.rollback()
         return taken_over(self._store, self._database)
 
-    def _moved(self, lines: Sequence[Line], segments: Sequence[str]) -> list[str]:
+    def _moved(self, records: Sequence[Taken], segments: Sequence[str]) -> list[str]:
         database, paths, marks = self._database, list[str](), defaultdict[tuple[str, str], list[tuple[int, str]]](list)
         for stage, folder, attempt, name in database.execute(
             "SELECT stage, folder, attempt, name FROM files WHERE body IS NULL"
         ):
             marks[stage, folder].append((attempt, name))
-        for line in lines:
-            unit = quoted(line.row.stage), quoted(line.row.unit)
-            paths.append(record_path(line.row.stage, line.row.unit, line.row.attempt))
+        for row in (taken.row for taken in records):
+            unit = quoted(row.stage), quoted(row.unit)
+            paths.append(record_path(row.stage, row.unit, row.attempt))
             if unit in marks:
-                begun = [name for attempt, name in marks[unit] if attempt <= line.row.attempt]
+                begun = [name for attempt, name in marks[unit] if attempt <= row.attempt]
                 paths.extend(f"{FOLDER}/{unit[0]}/{unit[1]}/{name}" for name in begun)
         # a driver's own records went by its memory alone
         if database.execute("SELECT 1 FROM files LIMIT 1").fetchone():
             gone = (path.split("/")[1:] for path in paths)
             database.executemany("DELETE FROM files WHERE stage = ? AND folder = ? AND name = ?", gone)
-        self._fresh.drop(line.row for line in lines)
+        self._fresh.drop(taken.row for taken in records)
         self._keys_version = -1
         database.executemany("INSERT OR REPLACE INTO segments VALUES (?)", [(name,) for name in segments])
         database.commit()

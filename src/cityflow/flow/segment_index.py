@@ -9,6 +9,7 @@ import numpy as np
 import pyarrow as pa
 
 from cityflow.core.arrays import IntArray
+from cityflow.flow.fresh import Taken
 from cityflow.flow.key_filter import KeyFilter
 from cityflow.flow.record_segments import (
     SCHEMA,
@@ -23,7 +24,6 @@ from cityflow.flow.record_segments import (
     unpacked,
 )
 from cityflow.flow.records import decode, quoted, unquoted
-from cityflow.flow.row import Line
 from cityflow.flow.segment_files import Files, SegmentFiles
 from cityflow.flow.segment_rows import Place, Rows, column, merged
 from cityflow.flow.store import Store
@@ -96,9 +96,9 @@ class Joined:
         """Whether a record stands in a segment."""
         return any(place.attempt == attempt for place in self.find(stage, folder))
 
-    def has_same(self, line: Line) -> bool:
+    def has_same(self, taken: Taken) -> bool:
         """Whether this very record does: one of the same number, of the same task and moment."""
-        row, digest = line.row, bits_of(line.digest)
+        row, digest = taken.row, bits_of(taken.digest)
         return any(
             (place.attempt, place.started, place.digest) == (row.attempt, row.started, digest)
             for place in self.find(quoted(row.stage), quoted(row.unit))
