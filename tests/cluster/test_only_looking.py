@@ -89,6 +89,28 @@ def test_a_plan_follows_no_graph_where_nothing_has_changed_since_the_run(
     assert len(followed) == 2, "another request, another catalog"
 
 
+def test_status_follows_no_graph_where_a_driver_was_killed(
+    copied_run: Path, cityflow: Commands, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it had come to is in its note; what has ended since counts, too, and what it had not come to is to do."""
+
+    def followed(*_: object) -> None:
+        raise AssertionError("the graph is followed")
+
+    before = json.loads(cityflow("status", copied_run, "--json").out)
+    note = json.loads((copied_run / "asked.json").read_text())
+    note |= {"is_at_work": True, "records": 0, "beyond": [], "edits": [], "catalog": ""}
+    del note["tasks"]["export"]
+    (copied_run / "asked.json").write_text(json.dumps(note))
+    monkeypatch.setattr("cityflow.workflow.note_asked.note_asked", followed)
+    now = json.loads(cityflow("status", copied_run, "--json").out)
+    same = [stage for stage in before["stages"] if stage["stage"] != "export"]
+    assert [stage for stage in now["stages"] if stage["stage"] != "export"] == same
+    assert (now["is_complete"], now["verdicts"]) == (False, before["verdicts"])
+    assert next(s for s in now["stages"] if s["stage"] == "export")["to_do"] > 0
+    assert "repeat its command" in now["next"][0]
+
+
 def test_plan_uses_files_outside_of_a_catalog_that_was_moved_only_where_told(
     small_city: SmallCity, cityflow: Commands, tmp_path: Path
 ) -> None:

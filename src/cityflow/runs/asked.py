@@ -63,8 +63,14 @@ def write_asked(store: Store, asked: Asked) -> None:
         store.write_bytes(NOTE, (json.dumps(asdict(asked), ensure_ascii=False) + "\n").encode())
 
 
-def read_asked(store: Store, ledger: Ledger) -> Asked | None:
-    """The note, where it counts."""
+def read_asked(store: Store, ledger: Ledger, *, left_behind: bool = False) -> Asked | None:
+    """The note, where it counts.
+
+    Parameters
+    ----------
+    left_behind : also that of a driver which was stopped or killed: what it had come to, with all records of stages of which it had come to all. What of the
+        others is out of date it does not say
+    """
     try:
         tree = json.loads(store.read_bytes(NOTE))
         units = {field: {s: _units(found) for s, found in tree.pop(field).items()} for field in ("tasks", "stale")}
@@ -73,8 +79,9 @@ def read_asked(store: Store, ledger: Ledger) -> Asked | None:
         return None
     if asked.version != VERSION or asked.under != circumstances(store):
         return None
-    counts = is_held(store) if asked.is_at_work else asked.records == ledger.count_files()
-    return asked if counts else None
+    if asked.is_at_work:
+        return asked if left_behind or is_held(store) else None
+    return asked if asked.records == ledger.count_files() else None
 
 
 def _units(tree: Mapping[str, Any]) -> SomeUnits:

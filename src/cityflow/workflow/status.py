@@ -148,8 +148,8 @@ def _unit_row(record: Record) -> dict[str, Any]:
 
 
 def asked_of(url: str, store: Store, ledger: Ledger) -> Asked:
-    """What the run was asked for: as noted, else by following its graph."""
-    noted = read_asked(store, ledger)
+    """What the run was asked for: as noted, at the end or by a driver that did not come to it, else by following its graph."""
+    noted = read_asked(store, ledger, left_behind=True)
     if noted is not None:
         return noted
     from cityflow.runs.run_folder import open_run
