@@ -1,4 +1,4 @@
-"""Draws what `city_scale.py` and `rerun_one.py` have printed, log-log: ``python benchmarks/scale_plot.py PRINTED … --out FILE.png``.
+"""Draws what `city_scale.py`, `city_driver.py` and `rerun_one.py` have printed, log-log: ``python benchmarks/scale_plot.py PRINTED … --out FILE.png``.
 
 Slopes are those of straight lines through the points: 1 is linear.
 """
@@ -15,6 +15,10 @@ import numpy as np
 from city_scale import OUTLINES_A_SIDE
 
 DRIVER = re.compile(r"^(\d+) buildings, .*: \d+ tasks, ([\d.]+) s of the driver, .* peak (\d+) MB", re.MULTILINE)
+WHOLE_DRIVER = re.compile(
+    r"^(\d+) buildings, .*\n\d+ tasks, ([\d.]+) s of the driver,.*\n(?:of which .*\n)?held at the end (\d+) MB",
+    re.MULTILINE,
+)
 TOWN = re.compile(r"^(\d+)² tiles,")
 TOTAL = re.compile(r"^part: [\d.]+ s, ([\d.]+) s of processor time")
 STEP = re.compile(r"^  (opening|status by its note|plan: a walk) +[\d.]+ s +([\d.]+) s")
@@ -29,6 +33,9 @@ def read(texts: list[str]) -> tuple[Curves, Curves]:
         for buildings, spent, peak in DRIVER.findall(text):
             seconds["driver: all tasks of a run"].append((int(buildings), float(spent)))
             memory["driver, peak"].append((int(buildings), float(peak)))
+        for buildings, spent, held in WHOLE_DRIVER.findall(text):
+            seconds["driver with engine: all tasks of a run"].append((int(buildings), float(spent)))
+            memory["driver with engine, held at the end"].append((int(buildings), float(held)))
         town = 0
         for line in text.splitlines():
             if found := TOWN.match(line):

@@ -78,3 +78,17 @@ def test_many_boxes_have_the_answers_of_each_alone() -> None:
     corners = np.array([(a, b, z) for a in (x, x + 12) for b in (y, y + 12) for z in (40.0, 70.0)])
     each = np.repeat(corners[None], len(near), axis=0)
     assert index.have_in_frame(near, each).tolist() == index.have_in_frame(near, corners).tolist()
+
+
+def test_a_corner_in_the_frame_tells_the_same_as_all_eight() -> None:
+    known = views()
+    index = ViewIndex(known, sights(known))
+    rng = np.random.default_rng(7)
+    low = rng.uniform((-80, -80, 30), (380, 280, 60), (80, 3))
+    x, y, z = low.T
+    corners = [np.column_stack([a, b, c]) for a in (x, x + 12) for b in (y, y + 9) for c in (z, z + 25)]
+    boxes = np.stack(corners, axis=1)
+    box, view = (a.ravel() for a in np.meshgrid(np.arange(len(boxes)), np.arange(len(known)), indexing="ij"))
+    found = index.have_each_in_frame(view, boxes, box)
+    assert found.tolist() == index.have_in_frame(view, boxes[box]).tolist()
+    assert 0.05 < found.mean() < 0.95

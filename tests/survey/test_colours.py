@@ -13,13 +13,13 @@ from cityflow.flow.damage import DamagedFileError
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, digest_of
 from cityflow.handover.colour_images import ColourRows, ImageText
-from cityflow.survey.colours import TileImages, colours_of
+from cityflow.survey.colours import TileImages
 from cityflow.survey.results import Results
 
 
 @dataclass(eq=False)
 class Survey:
-    """What `colours_of` asks of one."""
+    """What `TileImages` asks of one."""
 
     results: Results = field(default_factory=Results)
 
@@ -45,16 +45,17 @@ def test_what_could_not_be_read_is_told_and_a_new_record_counts_at_once() -> Non
     survey: Any = Survey()
     survey.results.learn(ingested("a", "1"))
     survey.results.learn(ingested("b", "2", Status.FAILED))
-    found = colours_of(survey, ["a", "b"])
-    assert (found.pixels, found.unread) == ({"a": "work/ingest/a/1/image.tif"}, ("b",))
+    images = TileImages(survey, ["a", "b"], ["a", "b"])
+    found = images.colours(["a", "b"])
+    assert (found.rows.rows, found.unread) == ((0,), ("b",))
     assert found.digest == digest_of({"a": "1", "b": "unread"})
     assert found.views_digest == digest_of({"a": "view of a"})
-    assert colours_of(survey, ["a", "b"]) == found
+    assert images.colours(["a", "b"]) == found
     survey.results.learn(ingested("b", "3"))
-    later = colours_of(survey, ["a", "b"])
-    assert (list(later.pixels), later.unread) == (["a", "b"], ())
+    later = images.colours(["a", "b"])
+    assert (later.rows.rows, later.unread) == ((0, 1), ())
     assert later.digest == digest_of({"a": "1", "b": "3"})
-    assert colours_of(survey, ["a"]).digest == digest_of({"a": "1"})
+    assert images.colours(["a"]).digest == digest_of({"a": "1"})
 
 
 def test_tasks_over_a_tile_share_a_table_of_its_images(store: Store) -> None:
@@ -66,9 +67,9 @@ def test_tasks_over_a_tile_share_a_table_of_its_images(store: Store) -> None:
         written = {f"work/ingest/{name}/1/image.tif": len(text)}
         survey.results.learn(replace(ingested(name, "1", Status.FAILED if name == "b" else Status.DONE), sizes=written))
     images = TileImages(survey, ["a", "b", "c", "d"], ["a", "b", "c"])
-    rows, shared = images.inputs(survey.results, ["c"])
-    assert images.inputs(survey.results, ["a", "c"])[0] == ColourRows(rows.views, rows.files, (0, 1))
-    for path, text in shared.items():
+    rows = images.colours(["c"]).rows
+    assert images.colours(["a", "b", "c"]).rows == ColourRows(rows.views, rows.files, (0, 1))
+    for path, text in images.colours(["c"]).shared.items():
         store.write_bytes(path, text.encode())
     found, expecting = rows.inputs(reader := store.expecting({}))
     assert found.pixels == {"c": "work/ingest/c/1/image.tif"}
@@ -80,7 +81,7 @@ def test_tasks_over_a_tile_share_a_table_of_its_images(store: Store) -> None:
     assert reader.expected is not None
     assert list(reader.expected.found) == [found.pixels["c"]]
     survey.results.learn(replace(ingested("b", "2"), sizes={"work/ingest/b/2/image.tif": 1}))
-    assert images.inputs(survey.results, ["b"])[0].rows == (1,)
+    assert images.colours(["b"]).rows.rows == (1,)
 
 
 def test_models_around_are_one_digest() -> None:

@@ -146,6 +146,17 @@ def tiles_over(bounds: Bounds, size: float) -> Iterator[Tile]:
             yield Tile(col, row, size)
 
 
+def tile_names_over(bounds: Bounds, size: float) -> list[str]:
+    """Their names.
+
+    >>> tile_names_over((10.0, 20.0, 260.0, 30.0), 250.0)
+    ['0_0', '1_0']
+    """
+    col_0, row_0 = math.floor(bounds[0] / size), math.floor(bounds[1] / size)
+    col_1, row_1 = max(math.ceil(bounds[2] / size), col_0 + 1), max(math.ceil(bounds[3] / size), row_0 + 1)
+    return [f"{col}_{row}" for row in range(row_0, row_1) for col in range(col_0, col_1)]
+
+
 def grid_over(tiles: Iterable[Tile], cell_m: float) -> Grid:
     """The grid over whole tiles."""
     boxes = [t.bounds for t in tiles]

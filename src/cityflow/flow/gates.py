@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Hashable, Iterable
+from collections.abc import Collection, Hashable, Iterable
 from typing import Generic, Protocol, TypeVar
 
 K = TypeVar("K", bound=Hashable)
@@ -39,11 +39,15 @@ class Gates(Generic[K, E]):
     def wait(self, key: K, events: Iterable[E]) -> bool:
         """True where nothing is left to wait for; otherwise `fire` hands the key out later."""
         left = [e for e in dict.fromkeys(events) if e not in self._happened]
+        if left:
+            self.wait_for(key, left)
+        return not left
+
+    def wait_for(self, key: K, left: Collection[E]) -> None:
+        """The same for events, each named once, none of which has happened."""
         for event in left:
             self._behind[event].append(key)
-        if left:
-            self._missing[key] = len(left)
-        return not left
+        self._missing[key] = len(left)
 
     def fire(self, event: E) -> list[K]:
         """An event has happened: the keys that it sets free, in the order in which they began to wait."""

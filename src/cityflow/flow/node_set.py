@@ -7,6 +7,8 @@ from collections.abc import Iterable, Iterator
 
 from cityflow.flow.stage import Node, Nodes
 
+NOTHING: frozenset[str] = frozenset()
+
 
 class NodeSet:
     """Nodes that were added.
@@ -42,8 +44,9 @@ class NodeSet:
         if isinstance(nodes, Nodes):
             found = []
             for stage, units in nodes.by_stage:
-                known = self._units.get(stage, ())
-                found += [(stage, unit) for unit in units if unit not in known]
+                known = self._units.get(stage, NOTHING)
+                if not known.issuperset(units):  # as nearly always
+                    found += [(stage, unit) for unit in units if unit not in known]
         else:
             found = [node for node in nodes if node not in self]
         return found if len(found) < 2 else list(dict.fromkeys(found))

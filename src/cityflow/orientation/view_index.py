@@ -14,6 +14,8 @@ from cityflow.core.grid import Bounds
 from cityflow.orientation.views import View
 
 LEAST_DEPTH_M = 1e-12
+SURE_M, SURE_PX = 1e-3, 1.0
+"""A corner so far in front of a camera, and so far within its frame, is there however a computation rounds."""
 
 
 class ViewIndex:
@@ -64,6 +66,22 @@ class ViewIndex:
     def heights(self) -> tuple[float, float]:
         """Lowest ground and highest object that any view expects, metres."""
         return float(self._heights[:, 0].min()), float(self._heights[:, 1].max())
+
+    def have_each_in_frame(self, which: IntArray, boxes: FloatArray, box: IntArray) -> BoolArray:
+        """(K,) `have_in_frame` of views and of those of (N, 8, 3) boxes that `box` numbers: most have the first corner in their frame, which is enough."""
+        away = boxes[box, 0] - self.centres[which]
+        local = np.einsum("kij,kj->ki", self._rotations[which], away)
+        ahead = local[:, 2] > SURE_M
+        normal = local[:, :2] / np.where(ahead, local[:, 2], 1.0)[:, None]
+        found = np.zeros(len(which), bool)
+        for number in np.unique(self._camera[which]).tolist():
+            camera, own = self._cameras[number], self._camera[which] == number
+            uv = camera.distort(normal[own])
+            found[own] = ((uv > SURE_PX) & (uv < (camera.width - SURE_PX, camera.height - SURE_PX))).all(axis=1)
+        found &= ahead
+        unsure = np.flatnonzero(~found)
+        found[unsure] = self.have_in_frame(which[unsure], boxes[box[unsure]])
+        return found
 
     def have_in_frame(self, which: IntArray, corners: FloatArray) -> BoolArray:
         """(K,) whether the image of a box may meet the frame; its corners are (8, 3), or (K, 8, 3) where each view has a box of its own.

@@ -93,7 +93,8 @@ class Walk(Generic[C]):
                 if self._drafts.wait(node, needs):
                     yield from self._drafted(node)
                 return
-            if not self._gates.wait((node, number), self._ended.lacking(needs)):
+            if left := self._ended.lacking(needs):
+                self._gates.wait_for((node, number), left)
                 return
         yield from self._made(node)
 

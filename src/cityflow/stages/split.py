@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Annotated
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import shapely
@@ -32,7 +31,7 @@ from cityflow.splitting.cuts.edited_cuts import is_locked, with_edits
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.surface.sample import sample
 from cityflow.survey.city import City
-from cityflow.survey.kept_by_survey import kept_by_survey
+from cityflow.survey.kept_by_survey import kept_by_survey, kept_until
 from cityflow.survey.surface_source import FRAMES, IMAGES, LIDAR, ZARR
 from cityflow.survey.survey import Survey
 from cityflow.survey.unit_entry import UnitEntry
@@ -46,8 +45,6 @@ AROUND_M = 2.0
 GROUND_SAMPLING_M = 1.0
 """Spacing of the places along an outline whose terrain is the ground."""
 GIVEN = "a single unit already"
-SEEN = ("surface", "ortho", "frame")
-"""Stages that show an outline."""
 NO_SURFACE = "no surface along the outline"
 
 
@@ -84,13 +81,14 @@ class SplitInputs(TaskInputs):
 def task(survey: Survey, outline: UnitEntry) -> Task:
     """One outline."""
     parameters = survey.parameters_of(NAME, outline.id, survey.parameters.split).method
-    shown = _shown(survey, survey.lattice.tiles_under(outline))
+    under = survey.lattice.tiles_under(outline)
+    shown = _shown(survey, under)
     edits = edits_digest(survey.edits, outline.bounds)
     pieces = survey.index.over(grown(outline.bounds, AROUND_M)) if survey.source.kind == LIDAR else {}
     return KIND.task(
         outline.id, parameters=as_json(parameters),
         inputs={
-            "outline": outline.digest, **_digests(survey, shown), **pieces,
+            "outline": outline.digest, **_digests(survey, under), **pieces,
             **({"edits": edits} if edits else {}), **({} if survey.looks_for_borders else {"borders": "drawn ones only"}),
             "frames": shown.digest,
         },
@@ -131,27 +129,10 @@ def _shown(survey: Survey, under: tuple[str, ...]) -> _Shown:
     return _Shown(nodes, named, tuple(frames.values()), digest_of(list(frames)))
 
 
-@dataclass(slots=True)
-class _Digests:
-    """Digests by what they are of, since a record of one of `SEEN` was learned last."""
-
-    changes: tuple[int, ...] = ()
-    found: dict[int, tuple[_Shown, dict[str, str]]] = field(default_factory=dict)
-
-
-_KEPT: WeakKeyDictionary[Survey, _Digests] = WeakKeyDictionary()
-
-
-def _digests(survey: Survey, shown: _Shown) -> dict[str, str]:
+@kept_until("surface", "ortho", "frame")
+def _digests(survey: Survey, under: tuple[str, ...]) -> dict[str, str]:
     """Name → digest of what shows an outline: the same for most outlines of a tile, which become ready together."""
-    results, kept = survey.results, _KEPT.setdefault(survey, _Digests())
-    changes = tuple(results.changes[stage] for stage in SEEN)
-    if kept.changes != changes:
-        kept.changes, kept.found = changes, {}
-    if id(shown) not in kept.found:
-        # what is shown is held, so that its id stays its own
-        kept.found[id(shown)] = shown, {name: results.digest_of(*node) for name, node in shown.named}
-    return kept.found[id(shown)][1]
+    return {name: survey.results.digest_of(*node) for name, node in _shown(survey, under).named}
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:

@@ -34,7 +34,6 @@ from cityflow.io.crs import resolve
 from cityflow.io.rasters.remote_raster import raster_file
 from cityflow.reconstruction.party.party_walls import cut_party_walls
 from cityflow.survey.city import City
-from cityflow.survey.colours import colours_of
 from cityflow.survey.surface_source import ZARR
 from cityflow.survey.survey import Survey
 from cityflow.survey.texture_inputs import (
@@ -95,8 +94,7 @@ class TextureInputs(TaskInputs):
 
 def task(survey: Survey, unit: UnitEntry, neighbours: Sequence[UnitEntry], needs: TextureNeeds) -> Task:
     """One unit. Where a neighbour has failed, its block stands there, as in the export."""
-    colours = colours_of(survey, needs.images)
-    rows, shared = needs.shown.inputs(survey.results, colours.pixels)
+    colours = needs.shown.colours(needs.images)
     blocks = {u.id: u for u in neighbours if _is_block(survey, u.id)}
     tiles = sorted(
         {*surfaces_around(survey, unit), *(t for u in blocks.values() for t in survey.lattice.tiles_under(u))}
@@ -105,7 +103,7 @@ def task(survey: Survey, unit: UnitEntry, neighbours: Sequence[UnitEntry], needs
     given = TextureInputs(
         unit.at, survey.outline_sigma_m, hulls,
         {u: FailedUnit(e.at, survey.results.hull(u).reason) for u, e in sorted(blocks.items())},
-        unit.neighbours, survey.surfaces, rows, colours.unread, survey.ortho_inputs,
+        unit.neighbours, survey.surfaces, colours.rows, colours.unread, survey.ortho_inputs,
         survey.catalog.reference.code, survey.images.white,
     )  # fmt: skip
     return KIND.task(
@@ -122,7 +120,7 @@ def task(survey: Survey, unit: UnitEntry, neighbours: Sequence[UnitEntry], needs
         },
         given=given,
         limits=survey.limits(NAME),
-        shared=shared,
+        shared=colours.shared,
     )  # fmt: skip
 
 

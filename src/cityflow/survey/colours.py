@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
-from weakref import WeakKeyDictionary
+from dataclasses import dataclass
 
 from cityflow.core.building import Status
 from cityflow.flow.shared import SharedText
@@ -49,52 +47,19 @@ class Colours:
 
     Attributes
     ----------
-    pixels : name → RUN-relative path, of those that could be read;  unread : the others
+    rows : those that could be read;  unread : the others
     digest, views_digest : of what was read of all of them, and of poses and balances of those that could be read
+    shared : path → text of what tasks over the tile have in common
     """
 
-    pixels: Mapping[str, str]
+    rows: ColourRows
     unread: tuple[str, ...]
     digest: str
     views_digest: str
+    shared: Mapping[str, str]
 
 
 UNREAD = "unread"
-
-
-class _Source(NamedTuple):
-    """An image: where it was ingested to, None if it could not be read; its name with the digest of its contents, and with that of pose and balance."""
-
-    path: str | None
-    contents: str
-    view: str
-
-
-@dataclass(slots=True)
-class _Sources:
-    """Of the images that were asked for since a record of one was learned last."""
-
-    changes: int = -1
-    found: dict[str, _Source] = field(default_factory=dict)
-
-
-_KEPT: WeakKeyDictionary[Survey, _Sources] = WeakKeyDictionary()
-
-
-def colours_of(survey: Survey, names: Sequence[str]) -> Colours:
-    """Of the images with these names, sorted."""
-    kept, changes = _KEPT.setdefault(survey, _Sources()), survey.results.changes["ingest"]
-    if kept.changes != changes:
-        kept.changes, kept.found = changes, {}
-    for name in names:
-        if name not in kept.found:
-            kept.found[name] = _source_of(survey, name)
-    found = [kept.found[name] for name in names]
-    read = [source for source in found if source.path is not None]
-    pixels = {name: source.path for name, source in zip(names, found, strict=True) if source.path is not None}
-    unread = tuple(name for name in names if name not in pixels) if len(pixels) < len(found) else ()
-    digest = digest_of_members([source.contents for source in found])
-    return Colours(pixels, unread, digest, digest_of_members([source.view for source in read]))
 
 
 class TileImages:
@@ -110,20 +75,32 @@ class TileImages:
     """
 
     def __init__(self, survey: Survey, shown: Sequence[str], names: Sequence[str]) -> None:
+        self._survey = survey
         self.views = views_of(survey, shown)
         self.names = names
-        self._lefts, self._rows, self._files, self._changes = list[Left | None](), dict[str, int](), files_text([]), -1
+        # by name: the row of each that could be read; its name with the digest of its contents, and with that of pose and balance
+        self._rows, self._contents, self._views = dict[str, int](), dict[str, str](), dict[str, str]()
+        self._lefts, self._files, self._changes = list[Left | None](), files_text([]), -1
+        self._shared: dict[str, str] = {}
 
-    def inputs(self, results: Results, names: Iterable[str]) -> tuple[ColourRows, dict[str, str]]:
-        """Some of them that could be read; and path → text of what is shared. All of `names` have ended."""
-        if self._changes != results.changes[INGEST]:
-            self._look(results)
-        rows = tuple([self._rows[name] for name in names])
-        shared = {self.views.path: self.views.text, self._files.path: self._files.text}
-        return ColourRows(self.views.path, self._files.path, rows), shared
+    def colours(self, names: Sequence[str]) -> Colours:
+        """Some of them, sorted, all of which have ended."""
+        if self._changes != self._survey.results.changes[INGEST]:
+            self._look()
+        read: Sequence[str] = names
+        unread: tuple[str, ...] = ()
+        if len(self._rows) < len(self.names):
+            read = [name for name in names if name in self._rows]
+            unread = tuple(name for name in names if name not in self._rows)
+        rows = tuple(map(self._rows.__getitem__, read))
+        return Colours(
+            ColourRows(self.views.path, self._files.path, rows), unread,
+            digest_of_members(map(self._contents.__getitem__, names)), digest_of_members(map(self._views.__getitem__, read)), self._shared,
+        )  # fmt: skip
 
-    def _look(self, results: Results) -> None:
+    def _look(self) -> None:
         """Make the table, anew where an image was ingested again."""
+        results = self._survey.results
         lefts = [results.of(INGEST, name) for name in self.names]
         self._changes = results.changes[INGEST]
         if lefts == self._lefts:
@@ -135,12 +112,10 @@ class TileImages:
             if left is not None and left.paths and left.status is not Status.FAILED
         ]
         self._files, self._rows = files_text(images), {image.name: row for row, image in enumerate(images)}
-
-
-def _source_of(survey: Survey, name: str) -> _Source:
-    path = survey.results.tiled_image(name)
-    digest = UNREAD if path is None else survey.results.digest_of("ingest", name)
-    return _Source(path, member_of(name, digest), survey.images.shown(name).member)
+        digests = {name: results.digest_of(INGEST, name) if name in self._rows else UNREAD for name in self.names}
+        self._contents = {name: member_of(name, digest) for name, digest in digests.items()}
+        self._views = {name: self._survey.images.shown(name).member for name in self.names}
+        self._shared = {self.views.path: self.views.text, self._files.path: self._files.text}
 
 
 def views_of(survey: Survey, names: Iterable[str]) -> SharedText:

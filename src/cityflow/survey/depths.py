@@ -136,7 +136,7 @@ def flight_tiles_over(survey: Survey, tiles: Iterable[str]) -> list[FlightTile]:
 
 def matches_over(survey: Survey, tiles: Iterable[str]) -> list[Node]:
     """The tasks that make the depth maps over ground tiles."""
-    units = (survey.matches.unit_of(f) for t in tiles for f in survey.images.flight_tiles(survey.lattice.tiles[t]))
+    units = (unit for t in tiles for unit in survey.matches.units_over(survey.lattice.tiles[t]))
     return [(MATCH, unit) for unit in dict.fromkeys(units)]
 
 

@@ -233,7 +233,7 @@ class ImageSurvey:
         corners = [np.column_stack([x, y, z]) for x in (x_0, x_1) for y in (y_0, y_1) for z in (low, high)]
         boxes = np.stack(corners, axis=1)
         box, view = self._shown.over_each(bounds)
-        inside = self._shown.have_in_frame(view, boxes[box])
+        inside = self._shown.have_each_in_frame(view, boxes, box)
         box, view = box[inside], view[inside]
         away = np.linalg.norm(self._shown.centres[view] - boxes.mean(axis=1)[box], axis=1)
         nearest = np.lexsort((view, away, box))

@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 
+from cityflow.core.grid import Tile
 from cityflow.orientation.flight_plan import FlightTile
 from cityflow.survey.image_survey import ImageSurvey
 
@@ -29,10 +30,20 @@ class MatchUnits:
         self.before: Callable[[str], Iterable[str]] = lambda _: ()
         self._first: frozenset[str] | None = None
         self._before: dict[str, frozenset[str]] = {}
+        self._over: dict[str, tuple[str, ...]] = {}
 
     def unit_of(self, found: FlightTile) -> str:
         """The task that makes the depth map of a reference image over a ground tile."""
         return found.reference if self._is_one_of_many(found.reference, found.tile) else found.name
+
+    def units_over(self, tile: Tile) -> tuple[str, ...]:
+        """The tasks that make the depth maps over a ground tile."""
+        _ = self.first
+        found = self._over.get(tile.name)
+        if found is None:
+            named = (self.unit_of(f) for f in self._images.flight_tiles(tile))
+            found = self._over[tile.name] = tuple(dict.fromkeys(named))
+        return found
 
     def flight_tiles(self, unit: str) -> list[FlightTile]:
         """What a task that `unit_of` has named makes depth maps of; south-west first."""
@@ -71,6 +82,7 @@ class MatchUnits:
             # while it is found out, no tile is foreseen: each is named by a task of its own
             self._first = frozenset()
             self._first = frozenset(self.foreseen())
+            self._over.clear()
         return self._first
 
     def _tiles_near(self, image: str) -> list[str]:
@@ -78,9 +90,6 @@ class MatchUnits:
         plan, tile_m = self._images.plan, self._images.parameters.tiles.tile_m
         cells = plan.cells_of(image) * plan.cell_m / tile_m
         low, high = np.floor(cells).astype(np.int64), np.floor(cells + plan.cell_m / tile_m).astype(np.int64)
-        found = (
-            f"{col}_{row}"
-            for (c_0, r_0), (c_1, r_1) in zip(low.tolist(), high.tolist(), strict=True)
-            for row, col in product(range(r_0, r_1 + 1), range(c_0, c_1 + 1))
-        )
-        return list(dict.fromkeys(found))
+        across, up = (int(n) + 1 for n in (high - low).max(axis=0, initial=0))
+        met = [np.minimum(low + np.array([col, row]), high) for row, col in product(range(up), range(across))]
+        return [f"{col}_{row}" for col, row in np.unique(np.concatenate(met), axis=0).tolist()]

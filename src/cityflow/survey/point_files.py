@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cityflow.core.grid import Bounds, tiles_over
+from cityflow.core.grid import Bounds, tile_names_over
 from cityflow.flow.task import Record
 from cityflow.survey.results import Results
 from cityflow.survey.surface_source import LIDAR, Source
@@ -28,12 +28,18 @@ class PointIndex:
 
         A file that only shares a cell with `bounds` is left out: nobody has waited for it.
         """
-        cells = [t.name for t in tiles_over(bounds, self._sizes.index_cell_m)]
-        scanned = self._source.kind == LIDAR
-        parts = self._source.assets_over(bounds) if scanned else tiles_over(bounds, self._sizes.tile_m)
-        ended = [part.name for part in parts if self._results.of(self._source.indexed_by, part.name) is not None]
+        cells = tile_names_over(bounds, self._sizes.index_cell_m)
+        ended = [
+            name for name in self._parts_over(bounds) if self._results.of(self._source.indexed_by, name) is not None
+        ]
         keys = [(name, cell) for name in ended for cell in cells]
         return dict(sorted(self._pieces[k] for k in keys if k in self._pieces))
+
+    def _parts_over(self, bounds: Bounds) -> list[str]:
+        """Files or ground tiles that meet `bounds`."""
+        if self._source.kind == LIDAR:
+            return [asset.name for asset in self._source.assets_over(bounds)]
+        return tile_names_over(bounds, self._sizes.tile_m)
 
     def of_file(self, name: str) -> dict[str, str]:
         """Path → digest of the pieces of one LiDAR file."""

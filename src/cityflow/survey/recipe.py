@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import copyreg
+import io
 import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
+from cityflow.core.camera import OrientedImage
 from cityflow.flow.draft import Draft
+from cityflow.flow.kept import kept
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Record, Task
 from cityflow.survey.city import City
@@ -53,6 +57,37 @@ class Completed:
         return self.recipe.task(self.known)
 
 
+K = TypeVar("K", bound=type)
+
+_REDUCERS: dict[type, Callable[[Any], Any]] = dict(copyreg.dispatch_table)
+
+
+def pickled_once(kind: K) -> K:
+    """A kind of values that nobody changes and that many recipes have: each is pickled once, and recipes have its bytes."""
+    _REDUCERS[kind] = _by_bytes
+    return kind
+
+
+@kept
+def _bytes_of(value: object) -> bytes:
+    return pickle.dumps(value, pickle.HIGHEST_PROTOCOL)
+
+
+def _by_bytes(value: object) -> tuple[Callable[[bytes], Any], tuple[bytes]]:
+    return pickle.loads, (_bytes_of(value),)
+
+
+def _pickled(value: object) -> bytes:
+    target = io.BytesIO()
+    pickler = pickle.Pickler(target, pickle.HIGHEST_PROTOCOL)
+    pickler.dispatch_table = _REDUCERS
+    pickler.dump(value)
+    return target.getvalue()
+
+
+pickled_once(OrientedImage)
+
+
 def task_by(recipe_of: RecipeOf[R]) -> Callable[[City, str], Task]:
     """Makes tasks whose inputs have ended: `Stage.task`."""
     return lambda city, unit: recipe_of(city.survey, unit).task(city.survey.results)
@@ -71,7 +106,7 @@ def draft_by(recipe_of: RecipeOf[R]) -> Callable[[City, str], Task]:
         sent = Completed(replace(recipe, base=replace(base, shared={})), results.part(ended))
         return Draft(
             base.stage, base.unit, base.function, base.version, limits=base.limits, in_place=base.in_place, shared=base.shared,
-            awaited=awaited, ended=ended, recipe=pickle.dumps(sent), made=lambda: task_by(recipe_of)(city, unit),
+            awaited=awaited, ended=ended, recipe=_pickled(sent), made=lambda: task_by(recipe_of)(city, unit),
         )  # fmt: skip
 
     return draft

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from sys import intern
+from typing import NamedTuple
 
 from cityflow.core.building import Status
 from cityflow.flow.stage import Node
@@ -17,8 +17,7 @@ HULL = "hull.city.jsonl"
 INGEST, RECONSTRUCT = "ingest", "reconstruct"
 
 
-@dataclass(frozen=True, slots=True)
-class Left:
+class Left(NamedTuple):
     """What later tasks ask of a task that has ended, and no more: a city has millions.
 
     Attributes
@@ -170,15 +169,14 @@ class Results:
 
     def hulls(self, units: Sequence[str]) -> tuple[dict[str, str], str]:
         """Unit → where its hull is written, of those that have one; and one digest of `digest_of_hull` of all."""
-        paths, digests, known = dict[str, str](), list[str](), self.of_stage(RECONSTRUCT)
-        for unit in units:
-            left = known.get(unit) or self.of(RECONSTRUCT, unit)
-            if left is not None and left.paths:
-                paths[unit] = left.paths[0]
-                digests.append(left.sums[0])
-            else:
-                digests.append(self.digest_of_hull(unit))
-        return paths, digest_of([list(units), digests])
+        known = self.of_stage(RECONSTRUCT)
+        found = [known.get(unit) or self.of(RECONSTRUCT, unit) for unit in units]
+        paths = {unit: left.paths[0] for unit, left in zip(units, found, strict=True) if left and left.paths}
+        digests = [
+            left.sums[0] if left and left.sums else self.digest_of_hull(unit)
+            for unit, left in zip(units, found, strict=True)
+        ]
+        return paths, digest_of([units, digests])
 
     def outlines_of(self, stage: str, tile: str) -> dict[str, str]:
         """Path → digest of the file that holds the outlines or the units of a tile, as the stage ``outline`` or ``units`` left them; none where it has none."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, NoReturn
+from typing import Annotated, NamedTuple, NoReturn
 
 import numpy as np
 import shapely
@@ -37,6 +37,7 @@ from cityflow.io.rasters.surface_zarr import window_of
 from cityflow.surface.evenness import NEIGHBOURS
 from cityflow.surface.sample import sample
 from cityflow.surface.vegetation import is_foliage
+from cityflow.survey.kept_by_survey import kept_until
 from cityflow.survey.surface_source import IMAGES, LIDAR, RASTERS, ZARR
 from cityflow.survey.survey import UNREAD, Survey
 from cityflow.survey.tile_lattice import SEEN_AROUND_M
@@ -84,26 +85,41 @@ class EvidenceInputs(TaskInputs):
 
 def evidence_of(survey: Survey, unit: UnitEntry) -> tuple[dict[str, str], EvidenceInputs]:
     """What a unit's evidence depends on, beside its outline: name → digest; and where `read_evidence` finds it."""
-    under, results = survey.lattice.tiles_under(unit), survey.results
+    under = survey.lattice.tiles_under(unit)
     around = grown(unit.bounds, AROUND_M)
     pieces, unread = survey.index.over(around), survey.unread(around)
-    # façades of images, independent of the source of the outlines
-    walls = (
-        {p: d for t in under for p, d in results.outputs_of("walls", t).items()} if survey.source.kind == IMAGES else {}
-    )
-    orthos = (
-        {f"ortho {t}": results.digest_of("ortho", t) for t in under} if survey.reads_own_orthos else
-        {kind: r.checksum for kind, r in survey.given_orthos().items()}
-    )  # fmt: skip
+    left = _left_under(survey, under)
     classified, uneven = survey.lidar.has_building_class, _uneven(survey)
     inputs = {
-        **{f"surface {t}": results.digest_of("surface", t) for t in under}, **pieces, **walls,
-        **{f"unread {f}": "missing" for f in unread}, **orthos, "building class": str(classified), **({"uneven": str(uneven)} if uneven else {}),
+        **left.surfaces, **pieces, **left.walls, **{f"unread {f}": "missing" for f in unread}, **left.orthos,
+        "building class": str(classified), **({"uneven": str(uneven)} if uneven else {}),
     }  # fmt: skip
     return inputs, EvidenceInputs(
-        tuple(pieces), tuple(unread), tuple(walls), tuple(t for t in under if results.has_failed("surface", t)), survey.surfaces,
+        tuple(pieces), tuple(unread), tuple(left.walls), left.failed_surfaces, survey.surfaces,
         survey.reads_own_orthos, survey.ortho_inputs, survey.catalog.reference.code, classified, uneven,
         survey.source.kind != LIDAR, survey.catalog.rasters["dsm"].cell if survey.source.kind == RASTERS else 0.0,
+    )  # fmt: skip
+
+
+class _Left(NamedTuple):
+    """What tasks have left of the tiles under a unit: name → digest; the same for most units of a tile."""
+
+    surfaces: dict[str, str]
+    failed_surfaces: tuple[str, ...]
+    walls: dict[str, str]
+    orthos: dict[str, str]
+
+
+@kept_until("surface", "ortho", "walls")
+def _left_under(survey: Survey, under: tuple[str, ...]) -> _Left:
+    results = survey.results
+    # façades of images, independent of the source of the outlines
+    seen = under if survey.source.kind == IMAGES else ()
+    own_orthos = {f"ortho {t}": results.digest_of("ortho", t) for t in under}
+    return _Left(
+        {f"surface {t}": results.digest_of("surface", t) for t in under}, tuple(t for t in under if results.has_failed("surface", t)),
+        {p: d for t in seen for p, d in results.outputs_of("walls", t).items()},
+        own_orthos if survey.reads_own_orthos else {kind: r.checksum for kind, r in survey.given_orthos().items()},
     )  # fmt: skip
 
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import shapely
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Status
+from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds, Grid, grown, tiles_over
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.points import PointCloud
+from cityflow.flow.json_writers import SHARED
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
 from cityflow.flow.task_kind import TaskKind
@@ -33,7 +35,8 @@ from cityflow.surface.image_rasters import ImageSurface, Rasters
 from cityflow.surface.image_surface import ImageSurfaceParameters, SeenEnough, surface_of_fused
 from cityflow.surface.point_classes import classify_points
 from cityflow.survey.depths import CheckedSources, checked_sources
-from cityflow.survey.recipe import Recipe
+from cityflow.survey.kept_by_survey import kept_by_survey
+from cityflow.survey.recipe import Recipe, pickled_once
 from cityflow.survey.results import Results
 from cityflow.survey.surface_source import OVERVIEW, ZARR
 from cityflow.survey.survey import Survey
@@ -44,6 +47,7 @@ PIECE_SCALE_M = 0.001
 """Coordinates of the files are whole millimetres."""
 
 
+@pickled_once
 @dataclass(frozen=True, slots=True)
 class Matched(TaskInputs):
     """A reference image with its partners, by name, and the cells of the ground that it answers for, as in `GroundCells`."""
@@ -71,7 +75,7 @@ class Sights(TaskInputs):
     least_views: int
     lowest_m: float
     images: tuple[OrientedField, ...]
-    matched: tuple[Matched, ...]
+    matched: tuple[Annotated[Matched, SHARED], ...]
 
     @property
     def ground(self) -> list[MatchedGround]:
@@ -170,8 +174,8 @@ def recipe(survey: Survey, name: str) -> ImageSurfaceRecipe:
 def sights_of(survey: Survey, tiles: Sequence[str], around: Bounds) -> Sights:
     """What `surveyed_ground` needs to know of some tiles: images, matched pairs and their cells, how many must see a place, and how far
     within `around` the ground is looked down on."""
-    matched = [m for t in tiles for m in survey.images.matched_ground(survey.lattice.tiles[t])]
-    images = {i.name: i for m in matched for i in (m.base, *m.partners)}
+    ground = [_ground_of(survey, t) for t in tiles]
+    images = {name: image for g in ground for name, image in g.images.items()}
     # whole millimetres in a fixed order: an image far away changes nothing here
     below = shapely.set_precision(shapely.intersection(survey.images.looked_down_on, shapely.box(*around)), 0.001)
     return Sights(
@@ -179,11 +183,25 @@ def sights_of(survey: Survey, tiles: Sequence[str], around: Bounds) -> Sights:
         survey.images.least_views,
         survey.images.heights_over(around)[0],
         tuple(images[name] for name in sorted(images)),
-        tuple(
-            Matched(m.base.name, tuple(p.name for p in m.partners), m.cells.tile, m.cells.cell_m, m.cells.chosen)
-            for m in matched
-        ),
+        tuple(m for g in ground for m in g.matched),
     )
+
+
+class _Ground(NamedTuple):
+    """Matched pairs of a tile, and their images by name."""
+
+    matched: tuple[Matched, ...]
+    images: dict[str, OrientedImage]
+
+
+@kept_by_survey
+def _ground_of(survey: Survey, tile: str) -> _Ground:
+    found = survey.images.matched_ground(survey.lattice.tiles[tile])
+    matched = (
+        Matched(m.base.name, tuple(p.name for p in m.partners), m.cells.tile, m.cells.cell_m, m.cells.chosen)
+        for m in found
+    )
+    return _Ground(tuple(matched), {i.name: i for m in found for i in (m.base, *m.partners)})
 
 
 def parameters_of(survey: Survey, name: str) -> dict[str, Json]:
