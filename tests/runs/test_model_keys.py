@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from enum import StrEnum
-from typing import Literal
+from typing import Any, Literal
 
 import pytest
 from pydantic import Field
@@ -40,6 +41,18 @@ def test_every_parameter_is_described() -> None:
     assert any(line.startswith("surface.cell_m = 0.5") and "m" in line for line in lines)
     assert not [line for line in lines if not line.split(" = ", 1)[1].split("  ")[1].strip()]
     assert not [line for line in lines if "Ge(" in line or "Le(" in line or "Gt(" in line or "MinLen" in line]
+
+
+def test_defaults_are_those_of_a_run() -> None:
+    """A section may have other defaults in one place than in another: water of surfaces from images, time limits of stages."""
+    keys, run = model_keys(CityParameters), CityParameters().model_dump(mode="json")
+    for name, key in keys.items():
+        value: Any = run
+        for part in name.split("."):
+            value = value[part] if value is not None else None
+        if value is not None:
+            assert json.loads(key.default) == value, name
+    assert keys["image_surface.cover.water_area_m2"].default != keys["surface.cover.water_area_m2"].default
 
 
 def test_a_line_says_default_meaning_and_what_a_value_may_be() -> None:

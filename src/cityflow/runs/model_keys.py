@@ -31,20 +31,21 @@ def model_of(of: str) -> type[BaseModel]:
 
 def model_keys(model: type[BaseModel]) -> dict[str, Key]:
     """Dotted keys of a model with what is said of each, in the order of its fields."""
-    return {name: _key(field) for name, field in _fields(model, "")}
+    return {name: _key(field, default) for name, field, default in _fields(model, "", None)}
 
 
-def _fields(model: type[BaseModel], prefix: str) -> Iterator[tuple[str, FieldInfo]]:
+def _fields(model: type[BaseModel], prefix: str, section: BaseModel | None) -> Iterator[tuple[str, FieldInfo, Any]]:
+    """Dotted key, field and default; `section`: the default of a section as a whole, which counts before those of its fields."""
     for name, field in model.model_fields.items():
+        default = field.get_default(call_default_factory=True) if section is None else getattr(section, name)
         below = model_at(model, [name])
         if below is model:
-            yield prefix + name, field
+            yield prefix + name, field, default
         else:
-            yield from _fields(below, f"{prefix}{name}.")
+            yield from _fields(below, f"{prefix}{name}.", default if isinstance(default, below) else None)
 
 
-def _key(field: FieldInfo) -> Key:
-    default = field.get_default(call_default_factory=True)
+def _key(field: FieldInfo, default: Any) -> Key:
     shown = "no default" if field.is_required() else json.dumps(to_jsonable_python(default), ensure_ascii=False)
     may_be = "; ".join(part for part in (_choices(field.annotation), bounds_text(field.metadata)) if part)
     nothing = " or null" if may_be and type(None) in get_args(field.annotation) else ""

@@ -66,7 +66,7 @@ class TextureParameters(Parameters):
     )
     ranking: Literal["worst_gsd", "share_angle_gsd"] = Field(
         "worst_gsd",
-        description="order of the images of a face: by their coarsest sampling distance on it (Frommholz), or by seen share, angle and sampling distance (Gross)",
+        description="order of the images of a face: by their coarsest sampling distance on it (Frommholz), or by share seen, angle, sampling distance (Gross)",
     )
     rank: RankingParameters = RankingParameters()
     visibility: VisibilityParameters = VisibilityParameters()
