@@ -30,7 +30,8 @@ def synth(
     condition: Annotated[
         str,
         typer.Option(
-            help="clean; spoiled: blur, noise, exposures, JPEG 60, each pose with errors of its own; uncalibrated: GNSS, lens and focal length unknown"
+            help="clean; spoiled: blur, noise, exposures, JPEG 60, each pose with errors of its own; standard: the same, lens distortion, and buildings "
+            "with discontinuities; uncalibrated: GNSS, lens and focal length unknown"
         ),
     ] = "clean",
     pose_noise: Annotated[

@@ -18,6 +18,13 @@ CONDITIONS: dict[str, Mapping[str, Any]] = {
     CLEAN: {},
     # an adjustment left its errors in each pose by itself
     "spoiled": {**_PICTURES, "given": {"position_m": 0.02, "angle_px": 0.4}},
+    # the standard scene: discontinuities, through a lens that is known, with the errors of "spoiled"
+    "standard": {
+        **_PICTURES,
+        "town": {"level": 2},
+        "flight": {"distortion": [-0.06, 0.05, 2e-4, -3e-4], "principal_px": [6.0, -4.0]},
+        "given": {"position_m": 0.02, "angle_px": 0.4},
+    },
     # GNSS of a good receiver, an IMU, and the data sheet's focal length; 1 % of distortion in the corners, as lenses have it that nobody corrected
     "uncalibrated": {
         **_PICTURES,

@@ -14,6 +14,10 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import RoofPlane
 
 MAIN, DORMER, CHIMNEY = "main", "dormer", "chimney"
+BAY, CANOPY = "bay", "canopy"
+BALCONY, PARAPET, POST, PANEL = "balcony", "parapet", "post", "panel"
+HULL_KINDS = (MAIN, BAY, CANOPY)
+"""Bodies that make the hull of a building; the others stand on it, hang from it or carry it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ from cityflow.synthetic.town_facades import DOOR, Wall, plan_walls
 from cityflow.synthetic.town_green import LeafRule, Trees, add_trees, plant_trees
 from cityflow.synthetic.town_ground import Ground
 from cityflow.synthetic.town_layout import StreetNet, fill_blocks, make_net
+from cityflow.synthetic.town_levels import MOST_LEVEL
 from cityflow.synthetic.town_mesh import add_unit, opening_corners
 from cityflow.synthetic.town_soup import FaceSoup
 from cityflow.synthetic.town_terraces import RowGaps
@@ -40,6 +41,11 @@ class TownParameters(Parameters):
         description="river: with a river and its bridge, a dike and a scarp; tracks, closed: these, and hills in terraces of 1 to 4 m, "
         "with tracks up that have no wall or with none; hillside: one side of a valley, in terraces",
     )
+    level: int = Field(
+        0, ge=0, le=MOST_LEVEL,
+        description="discontinuities of buildings (set-backs, arcades, passages, towers on slabs): 0: none but heights; 1: few and large; "
+        "2: with courts, stilts, bay windows, loggias, balconies, canopies; 3: shallow ones too, turned, trees against the walls",
+    )  # fmt: skip
     park_share: float = Field(0.06, ge=0, le=1, description="share of street blocks that are parks")
     street_tree_share: float = Field(0.4, ge=0, le=1, description="share of pavements with a row of trees")
     car_share: float = Field(0.3, ge=0, le=1, description="share of parking places at the kerbs that are taken")
@@ -147,7 +153,7 @@ def make_town(seed: int, parameters: TownParameters | None = None) -> Town:
     p = parameters or TownParameters()
     bounds, terrain = p.bounds, town_terrain(seed, p)
     net = make_net(np.random.default_rng([seed, 2]), bounds)
-    blocks = fill_blocks(seed, net, bounds, p.park_share, p.row_gaps)
+    blocks = fill_blocks(seed, net, bounds, p.park_share, p.row_gaps, p.level)
     units, gaps = build_units(blocks, net, terrain, bounds)
     ground = Ground.of(terrain, net, blocks)
     trees = plant_trees(seed, blocks, units, net, terrain, bounds, p.street_tree_share)

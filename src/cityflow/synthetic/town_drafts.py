@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cityflow.synthetic.mesh import Material
-from cityflow.synthetic.town_shapes import Ring, Volume, moved
+from cityflow.synthetic.town_shapes import Ring, Volume, moved, quarter_exact
 from cityflow.synthetic.town_soup import Tint
 
 BRICKS: tuple[Tint, ...] = ((146, 76, 58), (165, 92, 66), (120, 66, 54), (176, 120, 88), (190, 160, 120))
@@ -60,6 +60,35 @@ class Style:
 
 
 @dataclass(frozen=True, slots=True)
+class BreakDraft:
+    """A place where the storeys of a building differ, as it was made.
+
+    Attributes
+    ----------
+    kind : set-back, arcade, passage, bay, balcony, loggia, stilts, canopy, tower, court
+    a, b : ends of the outer edge, plan frame, metres; outside on the right hand
+    depth_m : square to it, inwards; negative where something stands out
+    low_m, high_m : heights that the void, or what stands out, begins and ends at, above the base
+    soffit_m : height of the underside over the void or of what stands out; None: open to the sky
+    storey : number of the lowest storey that it is in, from 0
+    """
+
+    kind: str
+    a: tuple[float, float]
+    b: tuple[float, float]
+    depth_m: float
+    low_m: float
+    high_m: float
+    soffit_m: float | None
+    storey: int
+
+    def moved(self, angle: float, u: float, v: float) -> BreakDraft:
+        c, s = quarter_exact(angle)
+        a, b = ((c * p - s * q + u, s * p + c * q + v) for p, q in (self.a, self.b))
+        return replace(self, a=a, b=b)
+
+
+@dataclass(frozen=True, slots=True)
 class UnitDraft:
     """A single unit: its volumes (first the main one, whose first ring edge is the front) and style.
 
@@ -69,6 +98,8 @@ class UnitDraft:
     level : units of a block with the same number stand at one height; -1: at the terrain's mean under the unit
     twin : identical to the unit before but for the façade
     pipes : drain pipe at the left (u small) and right end of front and back
+    breaks : where its storeys differ
+    most_fall_m : the terrain under it falls no more, metres; None: as the town has it
     """
 
     shape: str
@@ -78,9 +109,12 @@ class UnitDraft:
     level: int = -1
     twin: bool = False
     pipes: tuple[bool, bool] = (False, False)
+    breaks: tuple[BreakDraft, ...] = ()
+    most_fall_m: float | None = None
 
     def moved(self, angle: float, u: float, v: float) -> UnitDraft:
-        return replace(self, volumes=tuple(moved(volume, angle, u, v) for volume in self.volumes))
+        volumes = tuple(moved(volume, angle, u, v) for volume in self.volumes)
+        return replace(self, volumes=volumes, breaks=tuple(b.moved(angle, u, v) for b in self.breaks))
 
 
 @dataclass(frozen=True, slots=True)

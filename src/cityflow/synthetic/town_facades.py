@@ -22,6 +22,8 @@ LOOK_OUT_M = (0.35, 1.2)
 """What stands this far before a window keeps it from being made."""
 LINTEL_M = 0.25
 MAX_STOREYS = 20
+SILL_M, CARRIED_SILL_M = 1.0, 0.5
+"""Least height of sills above the lower edge of a wall that begins in a roof, and upon a lower storey."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +105,7 @@ def _wanted(unit: Unit, wall: Wall, terrain: Terrain) -> FloatArray:
     limit = np.minimum(_top_at(wall, centre - width / 2), _top_at(wall, centre + width / 2)) - LINTEL_M
     sill = unit.base_m + style.sill_m + style.storey_m * np.arange(MAX_STOREYS)
     if volume.bottom is not None:
-        sill = sill[sill > wall.bottom + 1.0]
+        sill = sill[sill > wall.bottom + (CARRIED_SILL_M if volume.carried else SILL_M)]
     col, row = np.nonzero(sill[None, :] + height <= limit[:, None])
     openings = np.column_stack(
         [centre[col] - width / 2, centre[col] + width / 2, sill[row], sill[row] + height, np.full(len(col), WINDOW)]
@@ -154,22 +156,23 @@ def _free(units: Sequence[Unit], walls: Sequence[Wall], wanted: Sequence[FloatAr
     free = np.ones(len(openings), bool)
     for reach in LOOK_OUT_M:
         at = middle + reach * outward
-        free &= ~_built_over(units, walls, owner, at, openings[:, 2])
+        free &= ~_built_over(units, walls, owner, at, openings[:, 2:4])
     ground = terrain.z(*(middle + LOOK_OUT_M[0] * outward).T)
     return free & ((openings[:, 4] == DOOR) | (ground < openings[:, 2] - 0.2))
 
 
 def _built_over(
-    units: Sequence[Unit], walls: Sequence[Wall], owner: IntArray, at: FloatArray, sill: FloatArray
+    units: Sequence[Unit], walls: Sequence[Wall], owner: IntArray, at: FloatArray, span: FloatArray
 ) -> BoolArray:
-    """True where another volume covers the point and is higher than the sill."""
-    volumes = [(u.index, k) for u in units for k, v in enumerate(u.volumes) if v.bottom is None]
+    """True where another volume covers the point, is higher than the sill and begins below the lintel (`span`: (N, 2) of both)."""
+    volumes = [(u.index, k) for u in units for k, v in enumerate(u.volumes) if v.bottom is None or v.carried]
     rings = [shapely.Polygon(units[i].frame.to_world(units[i].volumes[k].ring)) for i, k in volumes]
     top = np.array([_top(units[i], units[i].volumes[k]) for i, k in volumes])
+    begins = np.array([_begins(units[i], units[i].volumes[k]) for i, k in volumes])
     key = np.array([i * 1000 + k for i, k in volumes])
     own = np.array([w.unit * 1000 + w.volume for w in walls])[owner]
     point, ring = shapely.STRtree(rings).query(shapely.points(at), predicate="intersects")
-    hit = (key[ring] != own[point]) & (top[ring] > sill[point] - 0.1)
+    hit = (key[ring] != own[point]) & (top[ring] > span[point, 0] - 0.1) & (begins[ring] < span[point, 1])
     covered = np.zeros(len(at), bool)
     covered[point[hit]] = True
     return covered
@@ -177,3 +180,7 @@ def _built_over(
 
 def _top(unit: Unit, volume: Volume) -> float:
     return unit.base_m + max(u * f.slope_u + v * f.slope_v + f.height for f in volume.faces for u, v in f.ring)
+
+
+def _begins(unit: Unit, volume: Volume) -> float:
+    return -np.inf if volume.bottom is None else unit.base_m + volume.bottom

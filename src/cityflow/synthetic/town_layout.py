@@ -12,6 +12,8 @@ from cityflow.core.grid import Bounds
 from cityflow.synthetic import town_special as special
 from cityflow.synthetic.town_drafts import BlockDraft
 from cityflow.synthetic.town_houses import houses_block
+from cityflow.synthetic.town_levels import LEVELS
+from cityflow.synthetic.town_mixed import mixed_block
 from cityflow.synthetic.town_terraces import RowGaps, perimeter_block, terraces_block
 
 PAVEMENT_M = 2.2
@@ -90,22 +92,25 @@ class PlacedBlock:
 
 
 def fill_blocks(
-    seed: int, net: StreetNet, bounds: Bounds, park_share: float, gaps: RowGaps | None = None
+    seed: int, net: StreetNet, bounds: Bounds, park_share: float, gaps: RowGaps | None = None, level: int = 0
 ) -> list[PlacedBlock]:
-    """What stands in each block that meets the bounds, row after row."""
+    """What stands in each block that meets the bounds, row after row; with a `level`, most whole blocks have buildings with discontinuities."""
     cells = [(i, j) for j in range(len(net.v.start)) for i in range(len(net.u.start))]
     corners = np.array([_corners(net, i, j) for i, j in cells])
     low, high = np.array(bounds[:2]), np.array(bounds[2:])
     meets = np.all(corners.max(axis=1) > low, axis=1) & np.all(corners.min(axis=1) < high, axis=1)
     whole = np.all(corners.min(axis=1) > low + 2, axis=1) & np.all(corners.max(axis=1) < high - 2, axis=1)
     kinds = _kinds(np.random.default_rng([seed, 11]), whole, meets, park_share)
+    if level:
+        broken = whole & (np.random.default_rng([seed, 13]).random(len(whole)) >= LEVELS[level].common_share)
+        kinds = ["mixed" if b else kind for b, kind in zip(broken, kinds, strict=True)]
     blocks = []
     for k, (i, j) in enumerate(cells):
         if kinds[k] is not None:
             size = float(net.u.end[i] - net.u.start[i]), float(net.v.end[j] - net.v.start[j])
-            draft = _drafted(
-                str(kinds[k]), np.random.default_rng([seed, 12, i, j]), (round(size[0], 2), round(size[1], 2)), gaps
-            )
+            rng, extent = np.random.default_rng([seed, 12, i, j]), (round(size[0], 2), round(size[1], 2))
+            mixed = kinds[k] == "mixed"
+            draft = mixed_block(rng, extent, LEVELS[level]) if mixed else _drafted(str(kinds[k]), rng, extent, gaps)
             blocks.append(PlacedBlock(i, j, float(net.u.start[i]), float(net.v.start[j]), draft))
     return blocks
 

@@ -10,6 +10,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.synthetic import roofs
 from cityflow.synthetic.mesh import Material, Part
 from cityflow.synthetic.town_cars import add_boxes
+from cityflow.synthetic.town_drafts import Finish
 from cityflow.synthetic.town_facades import DOOR, Wall
 from cityflow.synthetic.town_shapes import Volume
 from cityflow.synthetic.town_soup import FaceSoup, Look, TextureFrame, plane_frame
@@ -20,6 +21,14 @@ CHIMNEY_TINT, WOOD_TINT, REVEAL_TINT = (128, 84, 70), (188, 178, 160), (214, 210
 GLASS_TINT, PIPE_TINT = (58, 66, 74), (140, 142, 140)
 PIPE_M = 0.1
 PIPE_FROM_END_M = 0.08
+KIND_FINISH: dict[str, Finish] = {
+    roofs.BALCONY: Finish(Material.CONCRETE, (168, 166, 160)),
+    roofs.CANOPY: Finish(Material.CONCRETE, (176, 172, 166)),
+    roofs.POST: Finish(Material.CONCRETE, (158, 154, 148)),
+    roofs.PANEL: Finish(Material.GLASS, (30, 38, 62)),
+}
+"""Materials of parts that do not have those of their unit."""
+SOFFIT_FINISH = Finish(Material.CONCRETE, (186, 182, 174))
 TUCK_M = 0.004
 """Walls reach this far into the roof slab where it stands out, so that no ray slips between."""
 
@@ -39,7 +48,9 @@ def _seed(unit: Unit, number: int) -> int:
 
 
 def _add_roof(soup: FaceSoup, unit: Unit, volume: Volume, number: int) -> None:
-    material, tint = unit.style.roof
+    material, tint = KIND_FINISH.get(volume.kind, unit.style.roof)
+    if volume.kind == roofs.PARAPET:
+        material, tint = unit.style.facade
     look = Look(Part.ROOF, material, tint, unit.index, _seed(unit, number))
     if volume.kind == roofs.CHIMNEY:
         look = Look(Part.CHIMNEY, Material.BRICK, CHIMNEY_TINT, unit.index, _seed(unit, number))
@@ -54,6 +65,17 @@ def _add_roof(soup: FaceSoup, unit: Unit, volume: Volume, number: int) -> None:
         soup.add(top[None], look, frame)
         if volume.slab_m:
             _add_slab(soup, top, volume.slab_m, frame, unit, number)
+    if volume.carried and volume.bottom is not None:
+        _add_underside(soup, unit, volume, number, volume.bottom)
+
+
+def _add_underside(soup: FaceSoup, unit: Unit, volume: Volume, number: int, bottom: float) -> None:
+    """Seen where nothing stands below."""
+    xy = unit.frame.to_world(volume.ring)[::-1]
+    low = np.column_stack([xy, np.full(len(xy), unit.base_m + bottom)])
+    material, tint = SOFFIT_FINISH
+    look = Look(Part.OVERHANG, material, tint, unit.index, _seed(unit, number + 70))
+    soup.add(low[None], look, plane_frame(low[0], -UP))
 
 
 def _add_slab(soup: FaceSoup, top: FloatArray, thickness: float, frame: TextureFrame, unit: Unit, number: int) -> None:
@@ -71,7 +93,7 @@ def _add_slab(soup: FaceSoup, top: FloatArray, thickness: float, frame: TextureF
 
 def _add_wall(soup: FaceSoup, unit: Unit, wall: Wall) -> None:
     volume = unit.volumes[wall.volume]
-    material, tint = unit.style.facade
+    material, tint = KIND_FINISH.get(volume.kind, unit.style.facade)
     part = Part.WALL
     if volume.kind == roofs.CHIMNEY:
         part, material, tint = Part.CHIMNEY, Material.BRICK, CHIMNEY_TINT

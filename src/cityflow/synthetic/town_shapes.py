@@ -48,8 +48,9 @@ class Volume:
     faces : roof faces, each convex and counter-clockwise; without overlap they cover the ring and the overhang
     slab_m : thickness of the roof at its edges; 0 where the roof ends with the walls
     bottom : height where the walls begin; None: in the ground
-    kind : main, dormer or chimney
+    kind : main, dormer, chimney, or one of the others in `roofs`
     windows : False for walls without any
+    carried : it stands on other volumes or hangs from them, begins exactly at `bottom`, and its underside may be seen; its ring is convex
     """
 
     ring: Ring
@@ -58,11 +59,17 @@ class Volume:
     bottom: float | None = None
     kind: str = MAIN
     windows: bool = True
+    carried: bool = False
+
+    @property
+    def of_outline(self) -> bool:
+        """Whether the outline of the building reaches as far: main bodies in the ground, or carried over it."""
+        return (self.kind == MAIN and self.carried) or (self.bottom is None and self.kind != roofs.POST)
 
 
 def moved(volume: Volume, angle: float, u: float, v: float) -> Volume:
     """Turned about (0, 0) by `angle` (radians), then shifted; corners are whole micrometres, so neighbours tie."""
-    c, s = _quarter_exact(angle)
+    c, s = quarter_exact(angle)
 
     def ring_of(ring: Ring) -> Ring:
         return tuple((round(c * a - s * b + u, 6), round(s * a + c * b + v, 6)) for a, b in ring)
@@ -74,7 +81,7 @@ def moved(volume: Volume, angle: float, u: float, v: float) -> Volume:
     return replace(volume, ring=ring_of(volume.ring), faces=tuple(face_of(f) for f in volume.faces))
 
 
-def _quarter_exact(angle: float) -> tuple[float, float]:
+def quarter_exact(angle: float) -> tuple[float, float]:
     """Cosine and sine without rounding noise at quarter turns, so that neighbours keep common corners bit for bit."""
     c, s = float(np.cos(angle)), float(np.sin(angle))
     return (round(c), round(s)) if min(abs(c), abs(s)) < 1e-12 else (c, s)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +16,7 @@ from cityflow.synthetic.mesh import Part, TownMesh
 from cityflow.synthetic.prisms import DECK_WIDTH_M
 from cityflow.synthetic.town import Town
 from cityflow.synthetic.town_cuts import blocks_of, cut_lines
+from cityflow.synthetic.town_hulls import Record, hull_layers
 
 NO_PART = 255
 PASSING_PARTS = (Part.FOLIAGE, Part.TRUNK, Part.CAR)
@@ -26,8 +26,6 @@ STEP_SLOPE, STEP_M = 4.5, 0.1
 """A step is more than 0.1 m + 4.5 cells of fall within 3 x 3 cells: steeper than the steepest roof but spires."""
 RAYS_AT_ONCE = 2_000_000
 OVER_M = 50.0
-
-Record = tuple[shapely.Geometry, Mapping[str, Any]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +133,8 @@ def town_truth(town: Town) -> dict[str, list[Record]]:
         "trees": _trees(town),
         "cars": [(p, {"height_m": 1.45}) for p in town.cars.polygons()],
     }
+    if town.parameters.level:
+        layers |= hull_layers(town.units)
     if town.bridge is not None:
         layers["water"] = [(town.terrain.water_polygon(town.bounds), {"height_m": town.terrain.river[3]})]
         layers["bridges"] = [(town.bridge.polygon, {"width_m": DECK_WIDTH_M})]

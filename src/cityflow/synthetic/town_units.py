@@ -16,9 +16,9 @@ from cityflow.core.grid import Bounds
 from cityflow.synthetic import roofs
 from cityflow.synthetic.known_terrain import Terrain
 from cityflow.synthetic.roofs import MAIN, Placement, TruthFace
-from cityflow.synthetic.town_drafts import GapDraft, Style, UnitDraft
+from cityflow.synthetic.town_drafts import BreakDraft, GapDraft, Style, UnitDraft
 from cityflow.synthetic.town_layout import PlacedBlock, StreetNet
-from cityflow.synthetic.town_shapes import Volume, moved
+from cityflow.synthetic.town_shapes import Volume
 
 MAX_FALL_M, HILL_FALL_M = 4.0, 8.0
 """Terrain under one unit falls no more than this, and where houses are cut into terraces."""
@@ -46,6 +46,7 @@ class Unit:
     pipes : drain pipes at the left and at the right end of front and back
     volumes : solids in the plan frame of the street net, heights above `base_m`
     frame : places that frame in the world; its z is `base_m`
+    breaks : where its storeys differ, in that frame, heights above `base_m`
     """
 
     id: str
@@ -64,6 +65,7 @@ class Unit:
     pipes: tuple[bool, bool]
     volumes: tuple[Volume, ...]
     frame: Placement
+    breaks: tuple[BreakDraft, ...] = ()
 
     @cached_property
     def prisms(self) -> tuple[TruthFace, ...]:
@@ -116,7 +118,9 @@ def build_units(
     sites = [_site(d, b, k) for b in blocks for k, d in enumerate(b.draft.units)]
     z_low, z_mean, z_high, free = _heights([s.walls for s in sites], net, terrain)
     allowed = _inside([s.roof for s in sites], net, bounds) & free
-    allowed &= z_high - z_low <= (HILL_FALL_M if terrain.terraces else MAX_FALL_M)
+    usual = HILL_FALL_M if terrain.terraces else MAX_FALL_M
+    most = [usual if s.draft.most_fall_m is None else s.draft.most_fall_m for s in sites]
+    allowed &= z_high - z_low <= np.array(most)
     kept = [int(k) for k in np.flatnonzero(allowed)]
     base = _bases([sites[k] for k in kept], z_mean[kept], z_low[kept], z_high[kept])
     if terrain.terraces:
@@ -138,8 +142,8 @@ def replace_walls(site: _Site, walls: Polygon) -> _Site:
 
 
 def _site(draft: UnitDraft, block: PlacedBlock, number: int) -> _Site:
-    draft = replace(draft, volumes=tuple(moved(v, 0.0, block.u, block.v) for v in draft.volumes))
-    grounded = [Polygon(v.ring) for v in draft.volumes if v.bottom is None]
+    draft = draft.moved(0.0, block.u, block.v)
+    grounded = [Polygon(v.ring) for v in draft.volumes if v.of_outline]
     faces = [Polygon(f.ring) for v in draft.volumes for f in v.faces]
     walls = _one(shapely.union_all(grounded, grid_size=1e-6))
     return _Site(draft, block, number, walls, _one(shapely.union_all([walls, *faces], grid_size=1e-6)))
@@ -219,7 +223,7 @@ def to_world(shape: Polygon, net: StreetNet | Placement) -> Polygon:
 def _unit(site: _Site, frame: Placement, index: int, twin_of: int, floor_m: float) -> Unit:
     draft, block = site.draft, site.block
     name = f"b{block.row:03d}{block.col:03d}"
-    main = [v for v in draft.volumes if v.kind == MAIN and v.bottom is None]
+    main = [v for v in draft.volumes if v.kind == MAIN and (v.bottom is None or v.carried)]
     heights = np.concatenate([_corner_heights(v) for v in main])
     return Unit(
         id=f"u{index + 1:05d}",
@@ -238,6 +242,7 @@ def _unit(site: _Site, frame: Placement, index: int, twin_of: int, floor_m: floa
         pipes=draft.pipes,
         volumes=draft.volumes,
         frame=frame,
+        breaks=draft.breaks,
     )
 
 
