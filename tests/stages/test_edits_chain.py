@@ -59,7 +59,9 @@ def test_a_drawn_cut_splits_a_rejected_one_goes_and_nothing_else_runs_again(
     geopandas.GeoDataFrame(geometry=[across(before.geometry[cut])], crs=CRS).to_file(edits, layer="cut_lines")
     point = before.geometry[gone].representative_point()
     geopandas.GeoDataFrame(geometry=[point], crs=CRS).to_file(edits, layer="rejected")
-    city.change_workflow(outline={"source": "found", "found": {"halo_m": 50, "reach_m": 50}}, edits={"path": str(edits)})
+    city.change_workflow(
+        outline={"source": "found", "found": {"halo_m": 50, "reach_m": 50}}, edits={"path": str(edits)}
+    )
     records = run_here(city, tmp_path / "run", seed=1, known=plain).records
     after = units(tmp_path / "run" / "products" / "outlines.gpkg")
 
