@@ -9,10 +9,10 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from cityflow.core.arrays import FloatArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.building import Outline
 from cityflow.core.facade_points import WallPoints
-from cityflow.core.grid import Bounds, grown
+from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.outlines.footprint_parameters import FindParameters
 from cityflow.outlines.from_heights.footprint_roofs import orientations_of, roof_outlines
 from cityflow.outlines.from_heights.regions import (
@@ -97,8 +97,8 @@ def _parted_regions(surface: RegionSurface, parameters: FindParameters) -> list[
 def _from_walls(surface: RegionSurface, walls: WallPoints, parameters: FindParameters) -> list[Outline]:
     """Outlines where façades were seen: walls before roofs."""
     ground = _terrain(surface)
-    lines = find_wall_lines(walls, ground, parameters.walls)
     regions, mask = _parted_regions(surface, parameters), building_mask(surface, parameters.regions)
+    lines = find_wall_lines(walls, ground, parameters.walls, _roofs(surface, mask))
     places = Places(surface, mask, known_walls(lines, walls, ground), parameters.regions)
     known = KnownLines(lines, _boundary_points(regions, surface), surface.grid.cell)
     found = [
@@ -154,14 +154,26 @@ def _in_core(polygon: Polygon, surface: RegionSurface) -> bool:
 
 def _terrain(surface: RegionSurface) -> Heights:
     """Heights of the terrain at any place, NaN if unknown."""
-    dtm, grid = surface.dtm, surface.grid
+    return _heights(surface.grid, surface.dtm)
+
+
+def _roofs(surface: RegionSurface, mask: BoolArray) -> Heights:
+    """World heights of the roofs of building regions, NaN elsewhere."""
+    dtm = surface.dtm
+    return _heights(
+        surface.grid, None if dtm is None else np.where(mask, dtm.astype(np.float64) + surface.ndsm, np.nan)
+    )
+
+
+def _heights(grid: Grid, raster: FloatArray | Float32Array | None) -> Heights:
+    """A raster's value at any place, NaN beyond."""
 
     def heights(x: FloatArray, y: FloatArray) -> FloatArray:
-        if dtm is None:
+        if raster is None:
             return np.full(np.shape(x), np.nan)
         row, col = grid.indices(np.asarray(x, np.float64), np.asarray(y, np.float64))
         inside = (row >= 0) & (col >= 0) & (row < grid.rows) & (col < grid.cols)
-        found = dtm[np.clip(row, 0, grid.rows - 1), np.clip(col, 0, grid.cols - 1)]
+        found = raster[np.clip(row, 0, grid.rows - 1), np.clip(col, 0, grid.cols - 1)]
         return np.asarray(np.where(inside, found, np.nan), np.float64)
 
     return heights

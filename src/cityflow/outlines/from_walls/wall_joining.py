@@ -26,7 +26,7 @@ ACROSS_COS = 0.7
 
 
 def joined(
-    lines: Sequence[WallLine], sure: Sequence[bool], least_m: float, reach_m: float, sigma_m: float
+    lines: Sequence[WallLine], sure: Sequence[bool], least_m: FloatArray, reach_m: float, sigma_m: float
 ) -> BoolArray:
     """(N,) which lines are kept (Nex et al. 2013 §2.3: short and disconnected edges go).
 
@@ -37,7 +37,7 @@ def joined(
     Parameters
     ----------
     lines, sure : and whether each keeps all rules
-    least_m : metres
+    least_m : (N,) metres
     reach_m : ends so near to another wall meet it, metres
     sigma_m : short walls are no less precise: leaves make lines, but poor ones
     """
@@ -64,12 +64,12 @@ def joined(
     return _rooted(kept, long, certain * length, meets, least_m)
 
 
-def _rooted(kept: BoolArray, long: BoolArray, length: FloatArray, meets: BoolArray, least_m: float) -> BoolArray:
+def _rooted(kept: BoolArray, long: BoolArray, length: FloatArray, meets: BoolArray, least_m: FloatArray) -> BoolArray:
     """Of the lines kept those that hang together with a long one, or with others that are long enough in sum."""
     touching = meets.any(axis=0)
     touching = (touching | touching.T) & kept[None, :] & kept[:, None]
     _, group = connected_components(touching, directed=False)
-    whole = np.bincount(group, length * kept) >= TOGETHER * least_m
+    whole = np.bincount(group, length * kept / least_m) >= TOGETHER
     rooted = np.bincount(group, long & kept) > 0
     return np.asarray(kept & (whole | rooted)[group])
 

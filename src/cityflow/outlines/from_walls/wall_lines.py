@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
 from pydantic import Field
 from shapely import LineString
 
-from cityflow.core.arrays import IntArray
+from cityflow.core.arrays import BoolArray, IntArray
 from cityflow.core.facade_points import WallPoints
 from cityflow.core.parameters import Parameters
+from cityflow.geometry.facade_line import LEAST_RISE_M
 from cityflow.outlines.from_walls.wall_joining import joined
 from cityflow.outlines.from_walls.wall_line import CURVE, LINE, Heights, WallLine
 from cityflow.outlines.from_walls.wall_raster import CellRules, strips, wall_cells
@@ -23,6 +26,7 @@ from cityflow.outlines.from_walls.wall_segments import (
     near_fit,
     segments_of_strip,
 )
+from cityflow.outlines.from_walls.walls_under_eaves import are_beside, under_eaves
 
 CELL_GSD = 1.5
 """Edge of the raster's cells, ground sampling distances: Nex 2013 §2.3 takes 1 to 2."""
@@ -54,6 +58,8 @@ TOLERANCE_GSD = 1.5
 """How far a section may stray from its wall for no reason, ground sampling distances; set by hand on synthetic towns."""
 LEAST_LENGTH_M = 3.0
 """Shorter walls are kept only between others: Nex 2013 §2.3."""
+LEAST_UNDER_EAVES_M = 2.0
+"""The same of walls under eaves, where neither hedges nor cars stand; set by hand on synthetic towns."""
 LEAST_SEGMENT_M = 0.8
 """Shorter ones are not kept at all; set by hand on synthetic towns, as are the next four."""
 JOIN_M = 1.0
@@ -85,13 +91,21 @@ class WallLineParameters(Parameters):
 
     @property
     def rules(self) -> CellRules:
+        return self._rules(HEIGHT_RANGE_M - 2 * BORDER_M, RESERVE_RANGE_M - 2 * BORDER_M)
+
+    @property
+    def rules_under_eaves(self) -> CellRules:
+        """Eaves hide most of a wall: what is left of it under them need be no higher than any façade beside an edge."""
+        return self._rules(LEAST_RISE_M, LEAST_RISE_M)
+
+    def _rules(self, height_m: float, reserve_m: float) -> CellRules:
         """The number of points follows from the density: of a wall of the least height, as long as the rules look, with a point in each voxel."""
-        height = max(HEIGHT_RANGE_M - 2 * BORDER_M, 0.25)
+        height = max(height_m, 0.25)
         full = 2 * HALF_M * height / (self.spacing_gsd * self.gsd_m) ** 2
         return CellRules(
             self.cell_m,
             height,
-            max(RESERVE_RANGE_M - 2 * BORDER_M, 0.25),
+            max(reserve_m, 0.25),
             max(round(FILLING * full), 3),
             LARGEST_GAP_M,
             math.cos(math.radians(ALIKE_DEG)),
@@ -117,14 +131,20 @@ class WallLineParameters(Parameters):
         return MergeRules(turn=math.sin(math.radians(8)), offset=2.5 * self.gsd_m, blind=BLIND_GAP_M, gap=RESERVE_GAP_M)
 
 
-def find_wall_lines(walls: WallPoints, ground: Heights, parameters: WallLineParameters) -> list[WallLine]:
+def find_wall_lines(
+    walls: WallPoints, ground: Heights, parameters: WallLineParameters, roofs: Heights | None = None
+) -> list[WallLine]:
     """Lines and second-order curves along the façades.
+
+    Where no wall is found, lower strips count that stand under the eaves of a roof. They are found among the points under eaves alone: matching draws those
+    of the rim out, and a line through both would run between them.
 
     Parameters
     ----------
     walls : points with their sides, world metres
     ground : heights of the terrain
     parameters : WallLineParameters
+    roofs : world heights of roofs, NaN where there is none; None where none are known
 
     Returns
     -------
@@ -133,23 +153,60 @@ def find_wall_lines(walls: WallPoints, ground: Heights, parameters: WallLinePara
     p = parameters
     # sums depend on the order of what is added in their last bit
     walls = walls.take(np.lexsort((*walls.normal.T, *walls.xyz.T)))
-    cells = wall_cells(walls, p.rules)
+    tall = _found(walls, p.rules, ground, p)
+    sure = tall.take(_kept([tall], p))
+    whole = _merged(sure, ground, p)
+    if roofs is not None:
+        low = _found(walls.take(under_eaves(walls, roofs)), p.rules_under_eaves, ground, p, LEAST_UNDER_EAVES_M)
+        low = low.take(~are_beside(low.lines, sure.lines))
+        whole += _merged(low.take(_kept([low, tall], p)[: len(low.lines)]), ground, p)
+    return sorted(whole, key=lambda w: tuple(w.line.coords[0]))
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """Segments among some points, the walls that they make, and how long these must be."""
+
+    walls: WallPoints
+    segments: list[WallSegment]
+    lines: list[WallLine]
+    least_m: float
+
+    def take(self, chosen: BoolArray) -> _Found:
+        numbers = np.flatnonzero(chosen).tolist()
+        return replace(self, segments=[self.segments[k] for k in numbers], lines=[self.lines[k] for k in numbers])
+
+
+def _found(
+    walls: WallPoints, rules: CellRules, ground: Heights, p: WallLineParameters, least_m: float = LEAST_LENGTH_M
+) -> _Found:
+    cells = wall_cells(walls, rules)
     if not len(cells):
-        return []
+        return _Found(walls, [], [], least_m)
     number = strips(cells, math.cos(math.radians(TURN_DEG)), max(round(BRIDGE_M / p.cell_m), 1))
     index = PointIndex(walls, p.cell_m)
     segments = [segment for strip in _of_each(number) for segment in segments_of_strip(cells, strip, index, p.segments)]
     # what goes on in a line with a sure wall is sure with it; the rest of the reserve must join two walls
     segments = merged(segments, index, p.segments, p.merging)
-    kept = joined(
-        [_line(walls, q, ground, p) for q in segments],
-        [q.sure for q in segments],
-        LEAST_LENGTH_M,
+    return _Found(walls, segments, [_line(walls, q, ground, p) for q in segments], least_m)
+
+
+def _kept(parts: Sequence[_Found], p: WallLineParameters) -> BoolArray:
+    """(N,) which of all their walls stay beside each other."""
+    return joined(
+        [line for part in parts for line in part.lines],
+        [q.sure for part in parts for q in part.segments],
+        np.repeat([part.least_m for part in parts], [len(part.lines) for part in parts]),
         JOIN_M,
         SHORT_SIGMA_GSD * p.gsd_m,
     )
-    whole = merged([q for q, k in zip(segments, kept, strict=True) if k], index, p.segments, p.merging)
-    return sorted((_line(walls, q, ground, p) for q in whole), key=lambda w: tuple(w.line.coords[0]))
+
+
+def _merged(part: _Found, ground: Heights, p: WallLineParameters) -> list[WallLine]:
+    if not part.segments:
+        return []
+    whole = merged(part.segments, PointIndex(part.walls, p.cell_m), p.segments, p.merging)
+    return [_line(part.walls, q, ground, p) for q in whole]
 
 
 def _of_each(number: IntArray) -> list[IntArray]:

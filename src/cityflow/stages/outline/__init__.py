@@ -38,7 +38,7 @@ from cityflow.survey.survey import Survey
 from cityflow.survey.survey_parameters import OutlineParameters
 
 NAME = "outline"
-VERSION = 11
+VERSION = 12
 OUTLINES = "outlines.jsonl"
 
 

@@ -1,0 +1,136 @@
+"""Pieces of outlines found in runs over synthetic towns: how far from the true walls do they stand, by what they are known by?
+
+    python benchmarks/outline_pieces.py RUN TRUTH [RUN TRUTH ...]          # TRUTH: what `cityflow synth` made
+
+Outlines are found again, in the surfaces and façades of each run, so that two states of the program can be held against each other without
+matching. A piece is a straight edge of at least 1 m that touches no other outline, away from the end of the survey. Its distance is the median of
+those of places along it from the nearest true wall: positive outside. Wrongly inside is what stands more than 0.2 m inside the true walls. IoU: of
+all that was surveyed, its rim of 1 m left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import shapely
+from scipy import ndimage
+
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.building import Outline
+from cityflow.flow.store import Store
+from cityflow.geometry.straight_edges import known_part, wall_edges
+from cityflow.handover.wall_point_files import read_walls
+from cityflow.io.rasters.surface_dataset import grids_of, read_layers
+from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
+from cityflow.outlines.from_heights.regions import cells_polygon
+from cityflow.outlines.from_walls.wall_lines import WallLineParameters
+from cityflow.outlines.noded.adjacency import party_edges
+from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
+from cityflow.outlines.under_eaves.walls_in import WallsInParameters
+from drawn_town import table
+from verdicts_run import units_of
+
+SHORTEST_M, STEP_M, RIM_M, END_M = 1.0, 0.25, 1.0, 2.5
+OFF_M, INSIDE_M = 0.5, 0.2
+HEAD = (
+    "run", "known by", "pieces", "m", "off m, median", "off > 0.5 m %", "outside > 0.5 m %", "wrongly inside %", "IoU", "missed m²", "beyond m²",
+    "s",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """(N,) of each piece: whether façades gave it, its length, and how far outside the true wall it stands, metres."""
+
+    by_facade: BoolArray
+    length: FloatArray
+    off: FloatArray
+
+    def told(self, chosen: BoolArray) -> list[str]:
+        off = self.off[chosen]
+        shares = (np.abs(off) > OFF_M, off > OFF_M, off < -INSIDE_M)
+        percents = [f"{100 * np.mean(s):.1f}" if len(off) else "" for s in shares]
+        median = f"{np.median(np.abs(off)):.3f}" if len(off) else ""
+        return [f"{len(off)}", f"{self.length[chosen].sum():.0f}", median, *percents]
+
+
+def surface_of(run: Path) -> tuple[RegionSurface, FindParameters]:
+    """What the stage `outline` of a run has read, of all tiles together, and how finely it was photographed; all else by default."""
+    newest = {f.parent.name: f for f in sorted(run.glob("records/outline/*/*.json"))}
+    records = [json.loads(f.read_text()) for f in newest.values()]
+    walls_found = WallLineParameters.model_validate(records[0]["parameters"]["found"]["walls"])
+    paths = sorted({p for r in records for p in r["inputs"] if p.startswith("work/walls/") and (run / p).exists()})
+    group = str(run / "surface.zarr" / "overview")
+    whole = grids_of(group)
+    grid, layers = read_layers(group, whole[0], whole[1].bounds)
+    walls = read_walls(Store.open(f"{run}/"), paths, grid.bounds)
+    surface = RegionSurface(
+        grid, layers["ndsm"], layers["class"], layers["holes"], None, layers["count"], walls, layers["dtm"], highest=False
+    )  # fmt: skip
+    return surface, FindParameters().model_copy(update={"walls": walls_found, "halo_m": 1000.0})
+
+
+def pieces_of(outlines: list[Outline], walls: shapely.Geometry, surface: RegionSurface) -> Pieces:
+    """Those away from the end of the survey."""
+    grid, party, rows = surface.grid, party_edges(outlines), []
+    away = ndimage.distance_transform_edt(np.pad(np.isfinite(surface.ndsm), 1))[1:-1, 1:-1] * grid.cell
+    for outline in outlines:
+        for edge in wall_edges(outline.polygon, party[outline.id]):
+            if edge.party or edge.length < SHORTEST_M:
+                continue
+            count = max(int(np.ceil(edge.length / STEP_M)), 1)
+            at = shapely.line_interpolate_point(edge.line, (np.arange(count) + 0.5) / count, normalized=True)
+            row, col = grid.indices(*shapely.get_coordinates(at).T)
+            judged = away[np.clip(row, 0, grid.rows - 1), np.clip(col, 0, grid.cols - 1)] > END_M
+            if judged.mean() < 0.5:
+                continue
+            off = shapely.distance(at[judged], walls.boundary) * np.where(
+                shapely.contains(walls, at[judged]), -1.0, 1.0
+            )
+            part = known_part(edge, outline.edges)
+            rows.append((part is not None and part.source == "wall", edge.length, float(np.median(off))))
+    by_facade, length, off = np.array(rows, np.float64).reshape(-1, 3).T
+    return Pieces(by_facade > 0, length, off)
+
+
+def overlap(outlines: list[Outline], walls: shapely.Geometry, surface: RegionSurface) -> tuple[float, float, float]:
+    """IoU of all outlines, what they miss, and what they have beyond, m²."""
+    inner = shapely.buffer(cells_polygon(np.isfinite(surface.ndsm), surface.grid), -RIM_M)
+    true, found = (shapely.intersection(s, inner) for s in (walls, shapely.union_all([o.polygon for o in outlines])))
+    missed, beyond = shapely.difference(true, found).area, shapely.difference(found, true).area
+    return shapely.intersection(true, found).area / shapely.union(true, found).area, missed, beyond
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("runs", type=Path, nargs="+")
+    asked = options.parse_args()
+    rows, every = [], []
+    for run, truth in zip(asked.runs[::2], asked.runs[1::2], strict=True):
+        surface, parameters = surface_of(run)
+        walls = shapely.union_all([shapely.buffer(u.wall_outline, 0.01) for u in units_of(truth)])
+        begun = time.process_time()
+        outlines = found_walls_in(find_outlines(surface, parameters), seen_in(surface), WallsInParameters())
+        seconds = time.process_time() - begun
+        found, (iou, missed, beyond) = pieces_of(outlines, walls, surface), overlap(outlines, walls, surface)
+        every.append(found)
+        rows += _rows(str(run), found, [f"{iou:.4f}", f"{missed:.1f}", f"{beyond:.1f}", f"{seconds:.1f}"])
+    whole = Pieces(*(np.concatenate([getattr(p, f) for p in every]) for f in ("by_facade", "length", "off")))
+    table("Pieces of found outlines and true walls", HEAD, [*rows, *_rows("all", whole, [""] * 4)])
+
+
+def _rows(name: str, found: Pieces, more: list[str]) -> list[list[str]]:
+    return [
+        [name, "façade", *found.told(found.by_facade), *[""] * 4],
+        [name, "rim alone", *found.told(~found.by_facade), *[""] * 4],
+        [name, "both", *found.told(found.length > 0), *more],
+    ]
+
+
+if __name__ == "__main__":
+    main()
