@@ -230,10 +230,10 @@ def of_points(seed: int, level: int, size: int, names: Sequence[str], tallies: d
         print(unit.id, unit.shape, len(evidence.points), len(evidence.walls), flush=True)
 
 
-def of_run(run: Path, survey: Path, tally: Tally) -> None:
-    """What a run exported, for each unit that stands in the surveyed area as a whole."""
+def of_run(run: Path, survey: Path, around_m: float, tally: Tally) -> None:
+    """What a run exported, for each unit that stands as a whole in the surveyed area and so far around it."""
     p = SynthParameters.model_validate(json.loads((survey / "synth.json").read_text())["parameters"])
-    town, area = make_town(p.seed, p.whole_town), shapely.box(*p.area)
+    town, area = make_town(p.seed, p.whole_town), shapely.box(*p.area).buffer(around_m)
     buildings = buildings_of(run)
     for unit in town.units:
         if area.contains(unit.wall_outline):
@@ -250,14 +250,20 @@ def main() -> None:
     parser.add_argument("--methods", nargs="+", default=["choose", "volumetric"])
     parser.add_argument("--run", type=Path)
     parser.add_argument("--survey", type=Path)
+    parser.add_argument(
+        "--around", type=float, default=0.0, help="units so far beyond the surveyed area count, too, metres"
+    )
     asked = parser.parse_args()
     tallies: dict[str, Tally] = defaultdict(Tally)
     if asked.run is not None:
-        of_run(asked.run, asked.survey, tallies["run"])
+        of_run(asked.run, asked.survey, asked.around, tallies["run"])
     for seed in asked.seeds if asked.run is None else ():
         of_points(seed, asked.level, asked.size, asked.methods, tallies)
     for name, tally in tallies.items():
-        tally.report(name)
+        if tally.units:
+            tally.report(name)
+        else:
+            print(f"{name}: no unit stands in the area as a whole")
 
 
 if __name__ == "__main__":
