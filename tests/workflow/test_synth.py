@@ -53,6 +53,18 @@ def test_a_condition_changes_pictures_and_poses_and_settings_go_before_it() -> N
         synth_parameters(3, "120x80", "nadir", 0.0, [], suffers="awful")
 
 
+@pytest.mark.parametrize("flight", ["five_cameras", "crossing"])
+def test_the_standard_scene_has_discontinuities_a_lens_and_errors_with_every_flight(flight: str) -> None:
+    standard, spoiled = (
+        synth_parameters(3, "80x80", flight, 0.0, [], suffers=name) for name in ("standard", "spoiled")
+    )
+    assert standard.whole_town.level == 2
+    assert standard.images[0].camera.distortion == standard.given_images[0].camera.distortion != ()
+    assert (standard.given, standard.jpeg_quality) == (spoiled.given, spoiled.jpeg_quality)
+    assert standard.render.sensor == spoiled.render.sensor
+    assert synth_parameters(3, "80x80", flight, 0.0, ["town.level=3"], suffers="standard").town.level == 3
+
+
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("all of it")
     with pytest.raises(RunError, match="not empty"):
