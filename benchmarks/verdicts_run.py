@@ -17,7 +17,7 @@ import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from cityflow.core.building import Building, Lod
+from cityflow.core.building import Lod, Polyhedron
 from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY, Verdict
 from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.town import make_town
@@ -35,16 +35,15 @@ def units_of(truth: Path) -> tuple[Unit, ...]:
 
 
 def share_of(
-    building: Building, others: Polygon | MultiPolygon, units: tuple[Unit, ...], tree: shapely.STRtree
+    outline: Polygon, solid: Polyhedron, others: Polygon | MultiPolygon, units: tuple[Unit, ...], tree: shapely.STRtree
 ) -> float:
-    """Share of the roof within 20 cm of the truth; `others`: outlines of the other buildings around."""
-    outline = building.footprint
+    """Share of a building's roof within 20 cm of the truth; `others`: outlines of the other buildings around."""
     near = [units[k] for k in np.sort(tree.query(outline, predicate="dwithin", distance=AROUND_M))]
     shared = [shapely.intersection(outline, u.wall_outline).area for u in near]
     own = [u for u, m2 in zip(near, shared, strict=True) if m2 > MOST * min(u.wall_outline.area, outline.area)]
     places = true_places(own, outline, near)
     inside, elsewhere = (shapely.contains_xy(p, places[:, 0], places[:, 1]) for p in (outline, others))
-    return true_share(building.solids[Lod.LOD22], places[inside | ~elsewhere], outline)
+    return true_share(solid, places[inside | ~elsewhere], outline)
 
 
 def main() -> None:
@@ -58,7 +57,10 @@ def main() -> None:
     buildings = sorted(buildings_of(asked.run), key=lambda b: b.id)
     for building in buildings:
         others = shapely.union_all([b.footprint for b in buildings if b is not building])
-        verdict, share = Verdict(str(building.attributes[VERDICT_KEY])), share_of(building, others, units, tree)
+        verdict, share = (
+            Verdict(str(building.attributes[VERDICT_KEY])),
+            share_of(building.footprint, building.solids[Lod.LOD22], others, units, tree),
+        )
         rows.append((verdict is Verdict.GOOD, share >= GOOD_SHARE))
         said = f"{verdict:4} {float(building.attributes[PROBABILITY_KEY] or 0):.3f}"
         print(f"{building.id:30} {said} true {100 * share:5.1f} % {building.attributes[REASON_KEY]}")

@@ -50,7 +50,7 @@ def sampled(pixels: Pixels, u: FloatArray, v: FloatArray, level: int) -> Float32
     col, row = u / (1 << level) - 0.5, v / (1 << level) - 0.5
     rows, cols = _range(row, tall), _range(col, wide)
     window = np.ascontiguousarray(pixels.window(rows, cols, level))
-    return np.asarray(_cubic(window, row - rows[0], col - cols[0]))
+    return np.asarray(cubic(window, row - rows[0], col - cols[0]))
 
 
 def balanced(colours: Float32Array, source: ColourImage, u: FloatArray, v: FloatArray) -> Float32Array:
@@ -86,7 +86,8 @@ def _range(at: FloatArray, size: int) -> tuple[int, int]:
 
 
 @njit(cache=True, nogil=True)
-def _cubic(window, row, col):  # type: ignore[no-untyped-def]
+def cubic(window, row, col):  # type: ignore[no-untyped-def]
+    """(N, bands) values of a (rows, cols, bands) window at (N,) rows and columns, as `sampled` has them."""
     rows, cols, bands = window.shape
     out = np.empty((row.size, bands), np.float32)
     wr, wc = np.empty(4), np.empty(4)
