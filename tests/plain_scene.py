@@ -56,9 +56,11 @@ def raw_grey(name: str, pixels: ArrayPixels) -> GreyImage:
     return GreyImage(name, pixels, TileStore(1 << 26), RAW)
 
 
-def lattice_of(pair: Rectification | None = None, heights: tuple[float, float] = (-1.0, 5.0)) -> PairLattice:
+def lattice_of(
+    pair: Rectification | None = None, heights: tuple[float, float] = (-1.0, 5.0), most_disparities: int = 256
+) -> PairLattice:
     """Blocks of 128 pixels, levels down to 120 x 160."""
     base, partner = views()
-    parameters = LatticeParameters(block_px=128, halo_px=24, coarsest_px=96)
+    parameters = LatticeParameters(block_px=128, halo_px=24, coarsest_px=96, most_disparities=most_disparities)
     images = (raw_grey("base", photograph(base)), raw_grey("partner", photograph(partner)))
     return PairLattice(pair or rectify(base, partner, 0.0, 0.0), images, heights, parameters, SgmClock())

@@ -46,6 +46,24 @@ def test_ranges_hold_all_heights_at_the_coarsest_level_and_what_was_found_below(
     assert low < DISPARITY_PX / (1 << level) < high - 1
 
 
+def test_objects_may_be_so_high_that_a_pixel_cannot_search_all_heights() -> None:
+    """Up to 25 m there are 133 disparities, two thirds more than a pixel may search on the level that is the coarsest else: the ground is found as before."""
+    found = lattice_of(heights=(-1.0, 25.0), most_disparities=64)
+    assert (found.usual, found.coarsest) == (1, 2)
+    region = found.region(0, (10, 230), (95, 310))
+    assert np.isfinite(region).mean() > 0.99
+    assert abs(np.nanmedian(region) - DISPARITY_PX) < 0.01
+
+
+def test_beyond_all_levels_the_ground_is_searched_first() -> None:
+    """Up to 33 m there are a hundred disparities even on the coarsest level, and a pixel searches 64 of them."""
+    found = lattice_of(heights=(-1.0, 33.0), most_disparities=64)
+    assert found.coarsest == 2
+    low, high = found.range(2, (0, 0)) or (0, 0)
+    assert low <= at_height(-1.0) / 4
+    assert low < DISPARITY_PX / 4 < high - 1
+
+
 def test_the_plain_has_one_disparity() -> None:
     """To 0.05 px where both images show it: columns from 80 on, 8 m of 0.1 m, and 10 px from the ends."""
     found = lattice().region(0, (10, 230), (95, 310))

@@ -23,6 +23,10 @@ MARGIN_PX = 4.0
 """What the depths of a part of an image are taken to reach beyond the disparities searched, pixels; set by hand."""
 GUIDE_PX = 8
 """Pixels of the coarser level around a block that say what it searches."""
+COARSEST = 5
+"""No level is coarser."""
+LEAST_SIDE_PX = 48
+"""Shorter side of the coarsest level where ranges are wide, pixels; set by hand."""
 
 
 class LatticeParameters(Parameters):
@@ -49,7 +53,7 @@ class PairLattice:
     Attributes
     ----------
     heights : lowest ground and highest object in sight, metres
-    coarsest : the level without a guide
+    coarsest : the level without a guide; coarser than usual where a pixel would search more than it may
     ranges, blocks : what has been found so far, by level and block
     matched : how often each block was matched; blocks that the partner does not see are not
     """
@@ -64,9 +68,21 @@ class PairLattice:
     matched: Counter[tuple[int, Block]] = field(default_factory=Counter)
 
     @cached_property
+    def usual(self) -> int:
+        """The coarsest level where a pixel may search all that heights allow."""
+        return self._level_of(self.parameters.coarsest_px)
+
+    @cached_property
     def coarsest(self) -> int:
+        level, deepest = self.usual, self._level_of(LEAST_SIDE_PX)
+        while level < deepest and self._widest(level) > self.parameters.most_disparities:
+            level += 1
+        return level
+
+    def _level_of(self, shorter_px: int) -> int:
+        """The last level whose shorter side has so many pixels."""
         camera = self.pair.reference.camera
-        return max(0, min(5, int(np.log2(max(min(camera.width, camera.height) / self.parameters.coarsest_px, 1.0)))))
+        return max(0, min(COARSEST, int(np.log2(max(min(camera.width, camera.height) / shorter_px, 1.0)))))
 
     def shape(self, level: int) -> tuple[int, int]:
         return -(-self.pair.rows >> level), -(-self.pair.cols >> level)
@@ -140,7 +156,7 @@ class PairLattice:
         if widest is None:
             return None
         if level == self.coarsest:
-            return search_everywhere(widest).hull()
+            return search_everywhere(self._bounded(widest)).hull()
         return hull_around(self._guide(level, block)[0], widest)
 
     def _search(self, level: int, block: Block, corner: tuple[int, int]) -> Search:
@@ -148,7 +164,7 @@ class PairLattice:
         widest = self._range_of_heights(level, block)
         assert widest is not None
         if level == self.coarsest:
-            return search_everywhere(widest)
+            return search_everywhere(self._bounded(widest))
         guide, at = self._guide(level, block)
         search = search_around(guide, widest, self.parameters.most_disparities)
         return search._replace(corner=(corner[0] - 2 * at[0], corner[1] - 2 * at[1]), bits=1)
@@ -176,14 +192,25 @@ class PairLattice:
             in_view = self.pair.partner.holds(uv, -64.0 * step) & (far > 0) & np.isfinite(disparity)
             seen.append(disparity[in_view] / step)
         both = np.concatenate(seen)
-        return self._rounded(float(both.min()) - 2.0, float(both.max()) + 2.0) if both.size else None
+        return _rounded(float(both.min()) - 2.0, float(both.max()) + 2.0) if both.size else None
 
-    def _rounded(self, low: float, high: float) -> Range:
-        """A range of a multiple of 16 that holds both, the slack shared out evenly."""
-        need = int(np.ceil(high) - np.floor(low)) + 1
-        count = min(-(-need // 16) * 16, self.parameters.most_disparities)
-        begin = int(np.floor(low)) - (count - need) // 2
-        return begin, begin + count
+    def _widest(self, level: int) -> int:
+        """The most disparities between lowest ground and highest object in a block."""
+        down, right = self.grid(level)
+        ranges = [self._range_of_heights(level, (i, j)) for i in range(down) for j in range(right)]
+        return max((r[1] - r[0] for r in ranges if r is not None), default=0)
+
+    def _bounded(self, widest: Range) -> Range:
+        """What a pixel may search of a range without a guide: its lower part, where the ground is."""
+        return widest[0], min(widest[1], widest[0] + self.parameters.most_disparities)
+
+
+def _rounded(low: float, high: float) -> Range:
+    """A range of a multiple of 16 that holds both, the slack shared out evenly."""
+    need = int(np.ceil(high) - np.floor(low)) + 1
+    count = -(-need // 16) * 16
+    begin = int(np.floor(low)) - (count - need) // 2
+    return begin, begin + count
 
 
 def _everywhere(seen: BoolArray | None, shape: tuple[int, int]) -> BoolArray:

@@ -78,8 +78,8 @@ def prepared_pair(
 
 
 def coarse_level(lattice: PairLattice) -> int:
-    """The level at which a pair is judged as a whole; what is found there and above is kept."""
-    return min(PARALLAX_LEVEL, lattice.coarsest)
+    """The level at which a pair is judged as a whole, however wide its ranges; what is found there and above is kept."""
+    return min(PARALLAX_LEVEL, lattice.usual)
 
 
 def _too_far(parallax: VerticalParallax, most_px: float) -> bool:

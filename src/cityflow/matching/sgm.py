@@ -23,7 +23,7 @@ COARSE_PENALTIES = 0.8
 """Penalties of a level by those of the next finer one. Lower on coarse levels: Nex 2013 §2.1."""
 SUB_STEPS = 16
 """Speckles are looked for in sixteenths of a pixel."""
-UNKNOWN = -32768
+UNKNOWN, MOST_STEPS = -32768, 32767
 
 
 class SgmParameters(Parameters):
@@ -68,9 +68,10 @@ def matched_block(
 def _without_speckles(disparity: Float32Array, speckle_px: int) -> Float32Array:
     if speckle_px:
         known = np.isfinite(disparity)
-        # counted from the lowest: sixteenths of a disparity beyond 2,047 do not fit in 16 bits
+        # counted from the lowest: sixteenths of a disparity beyond 2,047 do not fit in 16 bits, and those further up count as one
         lowest = np.floor(np.min(disparity, where=known, initial=np.inf)) if known.any() else 0.0
-        steps = np.where(known, np.rint(disparity * SUB_STEPS) - lowest * SUB_STEPS, UNKNOWN).astype(np.int16)
+        counted = np.minimum(np.rint(disparity * SUB_STEPS) - lowest * SUB_STEPS, MOST_STEPS)
+        steps = np.where(known, counted, UNKNOWN).astype(np.int16)
         cv2.filterSpeckles(steps, UNKNOWN, speckle_px, SUB_STEPS)
         disparity[steps == UNKNOWN] = np.nan
     return disparity
