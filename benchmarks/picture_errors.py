@@ -73,6 +73,7 @@ def main(words: Sequence[str] | None = None) -> None:
     options.add_argument("--images", type=int, default=4)
     options.add_argument("--only", nargs="+", choices=list(CASES), default=list(CASES))
     asked = options.parse_args(words)
+    asked.folder.mkdir(parents=True, exist_ok=True)
     catalog = read_catalog(str(asked.catalog))
     views = reference_views(catalog, asked.images, 6)
     names = sorted({n for v in views for n in (v.image.name, *(p.name for p in v.partners))})
