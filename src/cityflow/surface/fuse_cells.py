@@ -101,10 +101,8 @@ def kept_in_place(points: CellPoints, which: BoolArray) -> CellPoints:
     """Those of the points that the mask (N,) names, in the memory of all: who calls has no use for the others any more."""
     start = _closed_up(points, which)
     n = int(start[-1])
-    return CellPoints(
-        points.shape, start, points.u[:n], points.v[:n], points.z[:n], points.quality[:n], points.trust[:n], points.sigma[:n],
-        points.image[:n], points.steep[:n],
-    )  # fmt: skip
+    u, v, z, quality, trust, sigma, image, steep = points[2:]
+    return CellPoints(points.shape, start, u[:n], v[:n], z[:n], quality[:n], trust[:n], sigma[:n], image[:n], steep[:n])
 
 
 def not_below(points: CellPoints, limit: Float32Array, top: Float32Array, near: float) -> BoolArray:
