@@ -5,7 +5,8 @@
 Outlines are found again, in the surfaces and façades of each run, so that two states of the program can be held against each other without
 matching. A piece is a straight edge of at least 1 m that touches no other outline, away from the end of the survey. Its distance is the median of
 those of places along it from the nearest true wall: positive outside. Wrongly inside is what stands more than 0.2 m inside the true walls. IoU: of
-all that was surveyed, its rim of 1 m left out.
+all that was surveyed, its rim of 1 m left out. Gaps: pairs of units of different blocks that stand less than 2.5 m apart, and are found; parted is a
+pair in two outlines that do not touch.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from scipy import ndimage
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Outline
+from cityflow.evaluation.outlines import united_by_adjacency
 from cityflow.flow.store import Store
 from cityflow.geometry.straight_edges import known_part, wall_edges
 from cityflow.handover.wall_point_files import read_walls
@@ -32,14 +34,16 @@ from cityflow.outlines.from_walls.wall_lines import WallLineParameters
 from cityflow.outlines.noded.adjacency import party_edges
 from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters
+from cityflow.stages.synth.synthetic_survey import SynthParameters, town_of
+from cityflow.synthetic.town import Town
 from drawn_town import table
-from verdicts_run import units_of
+from narrow_gaps_images import owner_of
 
 SHORTEST_M, STEP_M, RIM_M, END_M = 1.0, 0.25, 1.0, 2.5
-OFF_M, INSIDE_M = 0.5, 0.2
+OFF_M, INSIDE_M, GAP_M = 0.5, 0.2, 2.5
 HEAD = (
     "run", "known by", "pieces", "m", "off m, median", "off > 0.5 m %", "outside > 0.5 m %", "wrongly inside %", "IoU", "missed m²", "beyond m²",
-    "s",
+    "gaps parted", "s",
 )  # fmt: skip
 
 
@@ -106,6 +110,22 @@ def overlap(outlines: list[Outline], walls: shapely.Geometry, surface: RegionSur
     return shapely.intersection(true, found).area / shapely.union(true, found).area, missed, beyond
 
 
+def gaps_parted(outlines: list[Outline], town: Town) -> str:
+    """How many of how many, and the widths of the others in metres."""
+    walls = [u.wall_outline for u in town.units]
+    block = owner_of(united_by_adjacency(walls), town)
+    owner = owner_of(united_by_adjacency([o.polygon for o in outlines]), town)
+    first, second = shapely.STRtree(walls).query(walls, predicate="dwithin", distance=GAP_M)
+    pairs = [
+        (a, b)
+        for a, b in zip(first.tolist(), second.tolist(), strict=True)
+        if a < b and block[a] != block[b] and min(owner[a], owner[b]) >= 0
+    ]
+    left = sorted(float(shapely.distance(walls[a], walls[b])) for a, b in pairs if owner[a] == owner[b])
+    told = f"{len(pairs) - len(left)} of {len(pairs)}"
+    return f"{told}; not {', '.join(f'{w:.2f}' for w in left)}" if left else told
+
+
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("runs", type=Path, nargs="+")
@@ -113,21 +133,27 @@ def main() -> None:
     rows, every = [], []
     for run, truth in zip(asked.runs[::2], asked.runs[1::2], strict=True):
         surface, parameters = surface_of(run)
-        walls = shapely.union_all([shapely.buffer(u.wall_outline, 0.01) for u in units_of(truth)])
+        made = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
+        town = town_of(made.seed, made.whole_town)
+        walls = shapely.union_all([shapely.buffer(u.wall_outline, 0.01) for u in town.units])
         begun = time.process_time()
         outlines = found_walls_in(find_outlines(surface, parameters), seen_in(surface), WallsInParameters())
         seconds = time.process_time() - begun
         found, (iou, missed, beyond) = pieces_of(outlines, walls, surface), overlap(outlines, walls, surface)
         every.append(found)
-        rows += _rows(str(run), found, [f"{iou:.4f}", f"{missed:.1f}", f"{beyond:.1f}", f"{seconds:.1f}"])
+        rows += _rows(
+            str(run),
+            found,
+            [f"{iou:.4f}", f"{missed:.1f}", f"{beyond:.1f}", gaps_parted(outlines, town), f"{seconds:.1f}"],
+        )
     whole = Pieces(*(np.concatenate([getattr(p, f) for p in every]) for f in ("by_facade", "length", "off")))
-    table("Pieces of found outlines and true walls", HEAD, [*rows, *_rows("all", whole, [""] * 4)])
+    table("Pieces of found outlines and true walls", HEAD, [*rows, *_rows("all", whole, [""] * 5)])
 
 
 def _rows(name: str, found: Pieces, more: list[str]) -> list[list[str]]:
     return [
-        [name, "façade", *found.told(found.by_facade), *[""] * 4],
-        [name, "rim alone", *found.told(~found.by_facade), *[""] * 4],
+        [name, "façade", *found.told(found.by_facade), *[""] * 5],
+        [name, "rim alone", *found.told(~found.by_facade), *[""] * 5],
         [name, "both", *found.told(found.length > 0), *more],
     ]
 
