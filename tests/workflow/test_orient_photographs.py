@@ -155,9 +155,11 @@ def oriented(scheduler: str, tmp_path_factory: pytest.TempPathFactory) -> Orient
     out, work, told = folder / "out", folder / "work", folder / "told.txt"
     with told.open("w") as file:
         photos = _written(folder / "photos", pictures)
-        asked = OrientationAsked(str(photos), str(out), True, crs=CRS)
+        asked = OrientationAsked(str(photos), str(out), True, crs=CRS, title="Flight", attribution="Somebody, CC BY")
         run_orientation(asked, work, scheduler, 0, Console(file=file, width=200))
-    assets = read_catalog(str(out)).images
+    made = read_catalog(str(out))
+    assert (made.title, made.attribution) == ("Flight", "Somebody, CC BY")
+    assets = made.images
     images = {Path(a.name).stem: a.oriented for a in assets}
     covariances = tuple(a.pose_covariance for a in assets)
     report, page = json.loads((out / FIGURES).read_text()), (out / PAGE).read_text()

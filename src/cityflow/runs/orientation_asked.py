@@ -33,6 +33,7 @@ class OrientationAsked:
     allow_outside : the catalog may name files elsewhere
     lever_arm : of the antenna, as on the command line
     onto : survey that the images are registered to: files, patterns, or a catalog
+    title, attribution : of the new catalog; empty: the folder's name, and none
     of_run : a run looks at the poses of its catalog by these tasks, and goes on with what they find; no command of its own repeats them
     """
 
@@ -49,6 +50,8 @@ class OrientationAsked:
     allow_outside: bool = False
     lever_arm: str = ""
     onto: tuple[str, ...] = ()
+    title: str = ""
+    attribution: str = ""
     of_run: bool = False
 
 

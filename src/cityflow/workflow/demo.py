@@ -19,6 +19,7 @@ from cityflow.errors import WorkflowError
 from cityflow.flow.cluster import connect
 from cityflow.flow.store import Store
 from cityflow.flow.talk import Talk
+from cityflow.io.catalog.stac import read_catalog
 from cityflow.reporting.view import CITY
 from cityflow.runs.orientation_asked import OrientationAsked
 from cityflow.runs.request import Request
@@ -105,7 +106,10 @@ def run_demo(
             if city.photographs:
                 catalog = out / f"{city.name}_catalog"
                 photographs, control = (str(project_file(f).absolute()) for f in (city.photographs, city.control))
-                orientation = OrientationAsked(photographs, str(catalog.absolute()), True, control=control)
+                known = read_catalog(str(project_file(CITIES[1].catalog)))
+                orientation = OrientationAsked(
+                    photographs, str(catalog.absolute()), True, control=control, title=known.title, attribution=known.attribution,
+                )  # fmt: skip
                 run_orientation(orientation, out / f"{city.name}_orient", address, workers, console)
             if city is FLIGHT:
                 made = flight_parameters(seed)

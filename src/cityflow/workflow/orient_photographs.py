@@ -11,7 +11,7 @@ import numpy as np
 from rich.console import Console
 
 from cityflow.adjustment.mapping import MappedModel
-from cityflow.catalog.create import SurveyText, create_catalog
+from cityflow.catalog.create import create_catalog
 from cityflow.catalog.image_files import ImageFiles
 from cityflow.catalog.orientation import ImageSource
 from cityflow.catalog.photo_folder import PhotoFolder, photo_folder
@@ -132,7 +132,7 @@ def orient_photographs(
             crs=put.crs,
             reading=reading,
             orientation=orientation_figures(report),
-            text=SurveyText(title=out.absolute().name),
+            text=placing.text,
         )
     catalog, ties = made.catalog, TiePoints(put.xyz, model.lengths[kept].astype(np.float64), model.errors_px[kept])
     if adjustment is not None and adjustment.is_taken:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from cityflow.catalog.create import SurveyText
 from cityflow.errors import RunError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
@@ -39,7 +40,8 @@ def run_orientation(asked: OrientationAsked, work: Path, scheduler: str, workers
         if asked.photographs:
             survey = Onto(asked.onto, asked.crs, asked.allow_outside) if asked.onto else None
             arm = lever_arm_of(asked.lever_arm)
-            placing = Placing(control, marks, asked.scale_m, asked.local, asked.crs, arm, survey)
+            text = SurveyText(asked.title or out.absolute().name, attribution=asked.attribution)
+            placing = Placing(control, marks, asked.scale_m, asked.local, asked.crs, arm, survey, text)
             parameters = photo_parameters(asked.settings)
             orient_photographs(Path(asked.given), out, work, placing, parameters, scheduler, workers, console)
         else:

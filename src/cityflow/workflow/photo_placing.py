@@ -11,6 +11,7 @@ import numpy as np
 from pyproj import CRS
 
 from cityflow.adjustment.placing import control_fit, levelled, placed, robust_fit, seen_places
+from cityflow.catalog.create import SurveyText
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.control_points import ControlPoint, ControlPoints, Role
@@ -47,6 +48,7 @@ class Placing:
     local : a frame of unknown scale will do
     crs : of the catalog, as on the command line; empty: that of the control points, or UTM for GNSS positions
     onto : survey that the photographs are led onto from there
+    text : what the catalog tells of the survey
     arm : metres from the projection centre to the antenna in the frame of the camera: right in the picture, down, ahead; None: not given
     """
 
@@ -57,6 +59,7 @@ class Placing:
     crs: str = ""
     arm: tuple[float, float, float] | None = None
     onto: Onto | None = None
+    text: SurveyText = field(default_factory=SurveyText)
 
 
 @dataclass(frozen=True, slots=True)
