@@ -39,7 +39,8 @@ def run_all(
     ready, records = list(source.initial()), Records()
     while ready:
         task = ready.pop(next_of(ready))
-        assert (task.function, task.version) in {(k.function, k.version) for k in STAGES[task.stage].kinds}
+        (kind,) = (k for k in STAGES[task.stage].kinds if (k.function, k.version) == (task.function, task.version))
+        assert isinstance(task.arguments_as(kind.arguments), kind.arguments)
         record = (known or {}).get((task.stage, task.unit))
         if record is None or record.digest != task.digest:
             record = record_of(task, fate(task) or outcome_of(store, task))
