@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from cityflow.core.arrays import ByteArray
+from cityflow.core.arrays import ByteArray, FloatArray
 from cityflow.core.building import Outline
 from cityflow.core.grid import Bounds, Grid, bounds_meet
 from cityflow.core.splitting import CutLine
@@ -15,6 +15,7 @@ from cityflow.handover.outline_lines import decode_all
 from cityflow.handover.split_lines import read_splits
 from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.reporting.model_pictures import densest_spot
+from cityflow.reporting.raster_pictures import CityRasters
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import outline, units
 from cityflow.stages.units import SPLITS
@@ -33,15 +34,13 @@ EDGE, INNER, CUT, REJECTED = (90, 220, 110), (240, 110, 240), (235, 50, 40), (15
 
 
 def outline_pictures(
-    store: Store, survey: Survey, rows: Sequence[UnitRow], records: CurrentRecords
+    store: Store, survey: Survey, rows: Sequence[UnitRow], records: CurrentRecords, rasters: CityRasters
 ) -> Iterator[Picture]:
     """Nothing where outlines are given and stay whole: the map of units shows these."""
     middles = [u.rings[0].mean(axis=0) for u in rows if len(u.rings)]
     if not middles or not (survey.splits or not survey.outlines_given):
         return
-    x, y = densest_spot(np.array(middles)).tolist()
-    bounds = (x - CLOSE_M / 2, y - CLOSE_M / 2, x + CLOSE_M / 2, y + CLOSE_M / 2)
-    ground = _ground(store, survey, bounds)
+    ground = _ground(store, survey, _square(densest_spot(np.array(middles)), rasters.known))
     if ground is None:
         return
     grid, pixels = ground
@@ -54,6 +53,17 @@ def outline_pictures(
         tuple((s.meaning, s.colour) for s in strokes if len(s.shapes)),
         wide=True,
     )
+
+
+def _square(spot: FloatArray, known: Bounds) -> Bounds:
+    """The square around a spot (x, y), moved into what is known; in the middle where that is narrower.
+
+    >>> _square(np.array([10.0, 400.0]), (0.0, 0.0, 500.0, 100.0))
+    (0.0, -25.0, 150.0, 125.0)
+    """
+    low, high = np.array(known[:2]) + CLOSE_M / 2, np.array(known[2:]) - CLOSE_M / 2
+    x, y = np.where(low > high, (low + high) / 2, np.clip(spot, low, np.maximum(low, high))).tolist()
+    return x - CLOSE_M / 2, y - CLOSE_M / 2, x + CLOSE_M / 2, y + CLOSE_M / 2
 
 
 def _ground(store: Store, survey: Survey, bounds: Bounds) -> tuple[Grid, ByteArray] | None:

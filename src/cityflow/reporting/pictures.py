@@ -35,7 +35,7 @@ def run_pictures(
     if rasters is None:
         return ()
     models = model_pictures(store, units, records, rasters, parameters.models)
-    plans = outline_pictures(store, survey, units, records)
+    plans = outline_pictures(store, survey, units, records, rasters)
     sides = _sides(store, survey, units, records, parameters.across_m)
     return (*models, *sides, *plans, *rasters.pictures(), *frame_pictures(store, survey, records))
 

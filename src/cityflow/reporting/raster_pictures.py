@@ -82,6 +82,14 @@ class CityRasters:
     found: tuple[int, ...]
     ortho: Raster | None
 
+    @property
+    def known(self) -> Bounds:
+        """Around the cells that the ortho shows; where there is none, around those of the surface."""
+        grid, values = self.dsm if self.ortho is None else self.ortho
+        rows, cols = known_window(np.isfinite(values[0]))
+        x, y, cell = grid.x_min, grid.y_max, grid.cell
+        return x + cols.start * cell, y - rows.stop * cell, x + cols.stop * cell, y - rows.start * cell
+
     def pictures(self) -> Iterator[Picture]:
         """Surface, true ortho, classes and terrain, as far as they are known."""
         yield from _heights("Surface (DSM)", "Highest surface, small gaps filled; light from the north-west", self.dsm)
