@@ -40,7 +40,8 @@ def outline_pictures(
     middles = [u.rings[0].mean(axis=0) for u in rows if len(u.rings)]
     if not middles or not (survey.splits or not survey.outlines_given):
         return
-    ground = _ground(store, survey, _square(densest_spot(np.array(middles)), rasters.known))
+    bounds = _square(densest_spot(np.array(middles)), rasters.known)
+    ground = _ground(store, survey, bounds)
     if ground is None:
         return
     grid, pixels = ground
@@ -48,7 +49,7 @@ def outline_pictures(
     strokes = _strokes(outlines, cuts, rejected)
     yield picture(
         "Outlines and units",
-        f"Walls, roofs and borders of single units; the densest {CLOSE_M:.0f} × {CLOSE_M:.0f} m.",
+        f"Walls, roofs and borders of single units; the densest {bounds[2] - bounds[0]:.0f} × {bounds[3] - bounds[1]:.0f} m.",
         draw_plan(pixels, grid, strokes),
         tuple((s.meaning, s.colour) for s in strokes if len(s.shapes)),
         wide=True,
@@ -56,14 +57,16 @@ def outline_pictures(
 
 
 def _square(spot: FloatArray, known: Bounds) -> Bounds:
-    """The square around a spot (x, y), moved into what is known; in the middle where that is narrower.
+    """The square around a spot (x, y), moved into what is known; where that is narrower, as much as there is.
 
     >>> _square(np.array([10.0, 400.0]), (0.0, 0.0, 500.0, 100.0))
-    (0.0, -25.0, 150.0, 125.0)
+    (0.0, 0.0, 150.0, 100.0)
     """
-    low, high = np.array(known[:2]) + CLOSE_M / 2, np.array(known[2:]) - CLOSE_M / 2
-    x, y = np.where(low > high, (low + high) / 2, np.clip(spot, low, np.maximum(low, high))).tolist()
-    return x - CLOSE_M / 2, y - CLOSE_M / 2, x + CLOSE_M / 2, y + CLOSE_M / 2
+    low, high = np.array(known[:2]), np.array(known[2:])
+    half = np.minimum(CLOSE_M, high - low) / 2
+    middle = np.clip(spot, low + half, high - half)
+    x_min, y_min, x_max, y_max = np.concatenate([middle - half, middle + half]).tolist()
+    return x_min, y_min, x_max, y_max
 
 
 def _ground(store: Store, survey: Survey, bounds: Bounds) -> tuple[Grid, ByteArray] | None:
