@@ -40,6 +40,10 @@ AROUND_M, HIGH_M = 4.0, 80.0
 TILTS_DEG = (45.0, 54.0)
 """Of the oblique heads of `five_cameras`: the middle of their pictures, and what neighbouring strips see at their edges."""
 UPRIGHT, LOWEST_M = 0.3, 0.3
+SAME_VERTEX_M = 0.005
+"""Vertices of true outlines nearer to each other are one, as the cleaning of given outlines makes them."""
+LEVEL, COVERED_M = 0.95, 1.8
+"""Normals of level surfaces, and how far below the highest surface they are covered."""
 BUILT = (Part.ROOF, Part.WALL, Part.OVERHANG, Part.WINDOW, Part.DOOR, Part.PIPE, Part.CHIMNEY)
 DEPTH_KINDS = ("set-back", "arcade")
 """Kinds that the target for depths is stated for."""
@@ -181,10 +185,14 @@ class Views:
             xyz[wall], flat.astype(np.float32), np.full(count, NOISE_M, np.float32), np.full(count, 3, np.uint8)
         )
         roof = built & inside & ~wall & (xyz[:, 2] > unit.floor_m + LOWEST_M)
+        row, col = grid.indices(xyz[:, 0], xyz[:, 1])
+        top = dsm[np.clip(row, 0, grid.rows - 1), np.clip(col, 0, grid.cols - 1)]
+        covered = inside & (normal[:, 2] > LEVEL) & (xyz[:, 2] < top - COVERED_M)
+        outline = shapely.remove_repeated_points(unit.wall_outline, SAME_VERTEX_M)
         return Evidence(
-            unit.id, unit.wall_outline, PointCloud.of(xyz[roof], BUILDING), float(np.floor(unit.floor_m * 100)) / 100,
+            unit.id, outline, PointCloud.of(xyz[roof], BUILDING), float(np.floor(unit.floor_m * 100)) / 100,
             around=PointCloud.of(xyz[built & near], BUILDING), walls=walls, heights=HeightRaster(grid, dsm, dtm), matched=True,
-            edges=tuple(OutlineEdge(e.line, "given", NOISE_M) for e in wall_edges(unit.wall_outline, ())),
+            covered=xyz[covered], edges=tuple(OutlineEdge(e.line, "given", NOISE_M) for e in wall_edges(outline, ())),
         )  # fmt: skip
 
 

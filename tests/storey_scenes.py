@@ -1,4 +1,4 @@
-"""Small buildings with walls, seen from all sides: a block, a set-back, an arcade, a passage."""
+"""Small buildings with walls, seen from all sides: a block, a set-back, an arcade, a passage, a loggia, a bay window."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from cityflow.core.reconstruction import Evidence
 
 ORIGIN = np.array([84_900.0, 447_500.0, 2.0])
 HEIGHT, DENSITY = 9.0, 30.0
-UPPER, VOID = 3.2, 3.0
-"""Height of the storey that is set back, and of the void; metres."""
+UPPER, VOID, LOGGIA = 3.2, 3.0, 2.7
+"""Height of the storey that is set back, of the void, and of the loggia; metres."""
 Plan = tuple[float, float]
 Wall = tuple[Plan, Plan, float, float]
 """From, to (the outside is on the right), low, high."""
@@ -35,12 +35,23 @@ WALLS: dict[str, tuple[Wall, ...]] = {
         ((12, 8), (0, 8), VOID, HEIGHT), ((12, 8), (7, 8), 0, VOID), ((4, 8), (0, 8), 0, VOID),
         ((4, 0), (4, 8), 0, VOID - 0.2), ((7, 8), (7, 0), 0, VOID - 0.2),
     ),
+    "loggia": (
+        *SHELL, ((0, 0), (12, 0), 0, VOID), ((0, 0), (12, 0), VOID + LOGGIA, HEIGHT),
+        ((0, 0), (4, 0), VOID, VOID + LOGGIA), ((7.5, 0), (12, 0), VOID, VOID + LOGGIA),
+        ((4, 1.6), (7.5, 1.6), VOID, VOID + LOGGIA - 0.4),
+    ),
+    "bay": (
+        *SHELL, ((0, 0), (12, 0), 0, VOID), ((0, 0), (4, 0), VOID, HEIGHT), ((7.5, 0), (12, 0), VOID, HEIGHT),
+        ((4, -1.2), (7.5, -1.2), VOID, HEIGHT), ((4, 0), (4, -1.2), VOID, HEIGHT), ((7.5, -1.2), (7.5, 0), VOID, HEIGHT),
+    ),
 }  # fmt: skip
 VOLUME_M3 = {
     "block": 96 * HEIGHT,
     "set-back": 96 * HEIGHT - 36 * UPPER,
     "arcade": 96 * HEIGHT - 12 * 2.5 * VOID,
     "passage": 96 * HEIGHT - 3 * 8 * VOID,
+    "loggia": 96 * HEIGHT - 3.5 * 1.6 * LOGGIA,
+    "bay": 96 * HEIGHT + 3.5 * 1.2 * (HEIGHT - VOID),
 }
 
 

@@ -4,7 +4,8 @@ export const CLASSES = [
   ['GroundSurface', 'Floor', '#7a6a55'],
   ['RoofSurface', 'Roof', '#c0483c'],
   ['WallSurface', 'Wall', '#d8cfbf'],
-  ['OuterCeilingSurface', 'Underside of eaves', '#6b7fa3'],
+  ['OuterCeilingSurface', 'Underside', '#6b7fa3'],
+  ['OuterFloorSurface', 'Outer floor', '#a8946f'],
   ['Window', 'Window', '#5db4e0'],
 ];
 

@@ -39,6 +39,7 @@ class Semantic(StrEnum):
     ROOF = "RoofSurface"
     WALL = "WallSurface"
     OUTER_CEILING = "OuterCeilingSurface"
+    OUTER_FLOOR = "OuterFloorSurface"
 
 
 class Lod(StrEnum):

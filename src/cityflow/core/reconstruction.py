@@ -72,6 +72,7 @@ class Evidence:
     matched : points are of a surface that was matched or given, not a scanner's
     wanted_type : roof type that a person has set, or empty
     alike_m : errors of points this near to each other are alike (the cells of a given DSM), metres; 0: each point has its own
+    covered : (M, 3) world metres, points of level surfaces under something higher: the ground of an arcade, the floor of a loggia
     """
 
     id: str
@@ -91,6 +92,7 @@ class Evidence:
     alike_m: float = 0.0
     rims: tuple[OutlineEdge, ...] = ()
     matched: bool = False
+    covered: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
 
     @property
     def observations(self) -> float:

@@ -15,6 +15,7 @@ from cityflow.reconstruction.overhangs.rim_search import find_overhangs
 from cityflow.reconstruction.precision import with_precision
 from cityflow.reconstruction.solids.levels import BlockLevels, LevelParameters
 from cityflow.reconstruction.verdicts.held_back import HeldBackParameters
+from cityflow.reconstruction.voids.with_voids import VoidParameters, with_voids
 
 
 class ModelParameters(ReconstructParameters):
@@ -22,6 +23,7 @@ class ModelParameters(ReconstructParameters):
 
     with_overhangs: bool = Field(True, description="roofs are extended to their overhangs as the surface shows them")
     overhangs: OverhangParameters = OverhangParameters()
+    voids: VoidParameters = VoidParameters()
     held_back: HeldBackParameters = HeldBackParameters()
     max_unseen: float = Field(0.3, ge=0, le=1, description="degraded if a larger share of the roof area has no points")
 
@@ -36,6 +38,8 @@ def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
     best = with_precision(_with_blocks(choice.candidate, parameters.levels), evidence)
     if parameters.with_overhangs and best.method != LAST_RESORT:
         best = _with_eaves(best, evidence, parameters.overhangs)
+    if best.method != LAST_RESORT:
+        best = _with_voids(best, evidence, parameters.voids)
     unseen = best.notes.get("unseen_share")
     if choice.status is Status.DONE and isinstance(unseen, float) and unseen > parameters.max_unseen:
         reason = f"{100 * unseen:.0f} % of the roof has no points: the planes around are extended over it"
@@ -60,3 +64,11 @@ def _with_eaves(best: Candidate, evidence: Evidence, parameters: OverhangParamet
     except NUMERICAL_TROUBLE as error:
         return replace(best, notes={**best.notes, "overhang_reason": f"{type(error).__name__}: {error}"})
     return replace(extended, solid=best.solid)
+
+
+def _with_voids(best: Candidate, evidence: Evidence, parameters: VoidParameters) -> Candidate:
+    """The candidate with the voids and bodies that points show; without, and with the reason, where that comes to nothing."""
+    try:
+        return with_voids(best, evidence, parameters)
+    except NUMERICAL_TROUBLE as error:
+        return replace(best, notes={**best.notes, "void_reason": f"{type(error).__name__}: {error}"})

@@ -12,7 +12,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Face, Polyhedron, Semantic
 from cityflow.core.texture import FacePlane, Shell
 
-TEXTURED = (Semantic.ROOF, Semantic.WALL, Semantic.OUTER_CEILING)
+TEXTURED = (Semantic.ROOF, Semantic.WALL, Semantic.OUTER_CEILING, Semantic.OUTER_FLOOR)
 LEAST_M2 = 1e-4
 """Smaller faces are what rounding leaves; no image has a pixel for them."""
 LEVEL = 0.01

@@ -46,6 +46,7 @@ HIDDEN = "it is hidden in all images"
 DOUBTFUL = "all images see it too obliquely and may show something else"
 USUAL: Mapping[Semantic, Colour] = {
     Semantic.ROOF: (150, 110, 95), Semantic.WALL: (190, 183, 172), Semantic.OUTER_CEILING: (160, 150, 138),
+    Semantic.OUTER_FLOOR: (150, 145, 138),
 }  # fmt: skip
 """Colours of faces of a unit of which no image shows any of the same kind."""
 

@@ -21,6 +21,7 @@ SEMANTIC_COLOURS: Mapping[Semantic, tuple[str, tuple[int, int, int]]] = {
     Semantic.ROOF: ("roof", (196, 88, 70)),
     Semantic.WALL: ("wall", (232, 222, 204)),
     Semantic.OUTER_CEILING: ("outer ceiling", (148, 120, 168)),
+    Semantic.OUTER_FLOOR: ("outer floor", (176, 160, 132)),
     Semantic.GROUND: ("ground", (120, 120, 120)),
 }
 TERRAIN_COLOUR = (186, 196, 172)

@@ -14,6 +14,7 @@ MATERIALS = {
     "party_wall": (0.55, 0.52, 0.60),
     "ground": (0.45, 0.45, 0.45),
     "outer_ceiling": (0.75, 0.70, 0.55),
+    "outer_floor": (0.68, 0.62, 0.52),
     "terrain": (0.50, 0.60, 0.40),
 }
 PLAIN_STEPS = 16
