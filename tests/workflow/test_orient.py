@@ -107,3 +107,23 @@ def test_wrong_words_are_answered(tmp_path: Path) -> None:
     given = ground_catalog(tmp_path, images, images)
     with pytest.raises(CatalogError, match="2 images from the air"):
         orient_catalog(given, tmp_path / "out", tmp_path / "work", orient_parameters([]), "", 1, Console(quiet=True))
+
+
+def test_title_and_attribution_of_photographs_are_what_the_command_was_given(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    (photos / "a.jpg").write_bytes(b"")
+    asked: list[OrientationAsked] = []
+    monkeypatch.setattr("cityflow.workflow.orientation_run.run_orientation", lambda what, *_: asked.append(what))
+    named = ["--title", "Old town", "--attribution", "Somebody, CC BY"]
+    told = CliRunner().invoke(app, ["orient", str(photos), "--out", str(tmp_path / "out"), *named])
+    assert told.exit_code == 0, told.output
+    assert [(a.title, a.attribution) for a in asked] == [("Old town", "Somebody, CC BY")]
+    images = ground_flight()
+    given = ground_catalog(tmp_path, images, images)
+    told = CliRunner().invoke(app, ["orient", given.href, "--out", str(tmp_path / "out"), *named])
+    assert told.exit_code != 0
+    assert "for photographs without poses" in str(told.exception)
+    assert len(asked) == 1

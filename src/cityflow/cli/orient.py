@@ -82,6 +82,10 @@ def orient(
             help="Photographs of one camera: its projection centre to the antenna, metres right, down and ahead in the picture; empty: found where significant",
         ),
     ] = "",
+    title: Annotated[
+        str, typer.Option(help="Photographs: name of the survey; empty: that of the catalog's folder")
+    ] = "",
+    attribution: Annotated[str, typer.Option(help="Photographs: attribution text, shown where they are")] = "",
     city: Annotated[
         str, typer.Option("--city", metavar="RUN", help="Photographs: then make the city in this folder, as `run` does")
     ] = "",
@@ -101,7 +105,7 @@ def orient(
         raise CityflowError("--onto and --control both say where the images are", where="--onto", remedy=remedy)
     if not photographs:
         look_at_catalog(catalog)
-        if scale or local or crs or lever_arm or city or workflow or sequence:
+        if scale or local or crs or lever_arm or title or attribution or city or workflow or sequence:
             remedy = "leave it out, or name a folder of photographs"
             raise CityflowError("this option is for photographs without poses", where=catalog, remedy=remedy)
     from cityflow.runs.orientation_asked import OrientationAsked
@@ -111,7 +115,7 @@ def orient(
     asked = OrientationAsked(
         catalog if "://" in catalog else str(Path(catalog).absolute()), str(out.absolute()), photographs, given,
         _absolute(control), _absolute(marks), control_crs, scale, local, crs, allow_outside, lever_arm,
-        tuple(n if "://" in n else str(Path(n).absolute()) for n in onto or ()),
+        tuple(n if "://" in n else str(Path(n).absolute()) for n in onto or ()), title=title, attribution=attribution,
     )  # fmt: skip
     run_orientation(asked, folder, scheduler, workers, options.console)
     if city:
