@@ -133,14 +133,18 @@ def test_a_block_that_was_tilted_shifted_and_scaled_goes_back_to_the_ground_that
 
 def test_a_lens_that_the_ties_do_not_show_stays_as_it_was_given() -> None:
     """Ties in the middle of the pictures alone say nothing of distortion: what is known of it must hold, not only each step."""
-    truth = scene(10)
-    middle = np.hypot(truth.ties.uv[:, 0] - CAMERA.cx, truth.ties.uv[:, 1] - CAMERA.cy) < 130
-    given = disturbed(truth.images, 0.02, 0.4, seed=7)
     known = AdjustmentParameters(calibrate=True, position_sigma_m=0.02, angle_sigma_deg=0.02)
-    lens = refined(given, truth.ties.some(middle), known).adjusted.block.cameras[0]
-    k1, k2, *_, k3 = interior_change(CAMERA, lens)[3:]
-    assert abs(k1) < 0.002
-    assert max(abs(k2), abs(k3)) < 0.001
+    changes = []
+    for seed in (10, 11, 12, 13):
+        truth = scene(seed)
+        middle = np.hypot(truth.ties.uv[:, 0] - CAMERA.cx, truth.ties.uv[:, 1] - CAMERA.cy) < 130
+        given = disturbed(truth.images, 0.02, 0.4, seed=7)
+        lens = refined(given, truth.ties.some(middle), known).adjusted.block.cameras[0]
+        k1, k2, *_, k3 = interior_change(CAMERA, lens)[3:]
+        changes.append(k1)
+        assert max(abs(k2), abs(k3)) < 0.001
+    # a tenth of what is known of it
+    assert np.sqrt(np.mean(np.square(changes))) < 0.01
 
 
 def test_a_change_of_a_camera_is_told_as_it_was_made() -> None:

@@ -17,6 +17,7 @@ from cityflow.adjustment.given_poses import Exactness, Unknowns, prior_of
 from cityflow.adjustment.normal_equations import Normal
 from cityflow.adjustment.tracks import Ties
 from cityflow.adjustment.triangulation import robust_weights, triangulated, well_placed
+from cityflow.adjustment.variance_components import Balance, balance, pixel_sigma, redundancy_of, variance_factors
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.parameters import Parameters
 
@@ -30,8 +31,6 @@ REJECTED = 4.0
 """Observations with larger residuals are left out, in standard deviations."""
 GROSS_PX = 4.0
 """What is left out before anything is adjusted: further off than this plus four times what most are."""
-FEW_REDUNDANT = 3.0
-"""Redundant observations of a group below which their residuals tell little of how exact it is."""
 ROUNDS, STEPS = 6, 3
 """Rounds, each with weights and standard deviations of the one before, and steps of Gauss and Newton in each; set by hand."""
 
@@ -135,42 +134,47 @@ def adjusted(
     sigma_px = FIRST_SIGMA_PX
     position = known[0] or exact.start_m or FIRST_POSE_PX * footprint
     angle = float(np.radians(known[1])) if known[1] else FIRST_POSE_PX / focal
-    covariances = np.zeros((len(block.centres), 6, 6))
+    by, kept_poses = Balance(1.0, 1.0), 0.0
     calibrated = bool(parameters.calibrate)
     for number in range(ROUNDS):
         sigmas, count = (position, angle), len(ties.point)
         every = joined(ties, control)
+        if number:
+            by = balance(residuals(block, ties)[0], ties, sigma_px, kept_poses)
         for _ in range(STEPS):
             left, _ = residuals(block, every)
             weight = np.concatenate(
-                [robust_weights(left[:count], ties.sigma, sigma_px), mark_weights(left[count:], every.sigma[count:])]
+                [
+                    by.weights * robust_weights(left[:count], ties.sigma, sigma_px),
+                    mark_weights(left[count:], every.sigma[count:]),
+                ]
             )
+            left[:count] *= by.residuals
             prior = prior_of(given, now, sigmas, exact, control, calibrated)
             normal = Normal(block, every, left, weight, prior, calibrated=calibrated)
             now = now.stepped(*normal.step(), exact.arms_open)
             block = now.block
-        covariances = normal.covariances()
         away = now.away(given)
         firm = prior.weights[: away.size].reshape(away.shape)
-        free = np.where(firm > 0, 1.0 - np.einsum("nii->ni", covariances) * firm, 0.0)
         lost = (0 if shift is None else 3) + (exact.arms.size if exact.arms_open else 0)
-        redundancy = [max(float(free[:, k : k + 3].sum()) - less, 1e-3) for k, less in ((3, lost), (0, 0.0))]
-        unobserved = int((firm <= 0).sum())
-        spare = max(2 * len(ties.point) - 3 * ties.points - unobserved - sum(redundancy), 1.0)
+        found = redundancy_of(normal, firm, lost)
+        kept_poses = float(found.shares.sum()) + int((firm <= 0).sum())
         left_of_all = residuals(block, every)[0]
         left = left_of_all[:count]
-        normed = np.abs(left / ties.sigma[:, None])
-        sigma_px = 1.4826 * float(np.median(normed)) * float(np.sqrt(2 * len(ties.point) / spare))
+        sigma_px = pixel_sigma(left, ties, kept_poses)
+        factors = variance_factors(away, firm, found, np.array([k is None for k in known]))
         position, angle = (
-            _estimated(away[:, k : k + 3], firm[:, k : k + 3], r, old) if known is None else old
-            for k, r, old, known in zip((3, 0), redundancy, sigmas, known, strict=True)
+            max(old * float(np.sqrt(factor)), least)
+            for old, factor, least in zip(
+                sigmas, factors, (LEAST_POSE_PX * footprint, LEAST_POSE_PX / focal), strict=True
+            )
         )
-        position, angle = max(position, LEAST_POSE_PX * footprint), max(angle, LEAST_POSE_PX / focal)
         if number < ROUNDS - 1:
             ties, block = _without(ties, block, np.linalg.norm(left, axis=1) < REJECTED * sigma_px * ties.sigma)
             now = replace(now, block=block)
     if not np.isfinite(block.centres).all() or not np.isfinite(sigma_px):
         raise ValueError("the equations of the tie points have no solution")
+    left_of_all[:count] *= by.residuals
     with_lens = Normal(
         block, every, left_of_all, weight, prior_of(given, now, sigmas, exact, control, True), calibrated=True
     )
@@ -181,17 +185,11 @@ def adjusted(
         last = now.arms.size + (0 if now.mounts is None else now.mounts.unknowns)
         arm_sigmas = np.sqrt(np.diagonal(normal.last_covariance(last))[: now.arms.size]).reshape(-1, 3)
     return Adjusted(
-        replace(block, xyz=block.xyz[: ties.points]), ties, covariances, sigma_px, position, angle, calibrated,
+        replace(block, xyz=block.xyz[: ties.points]), ties, found.covariances, sigma_px, position, angle, calibrated,
         with_lens.step()[0][lens].reshape(-1, INTERIOR), interior_sigmas,
         np.zeros(3) if now.shift is None else now.shift, control.names if control is not None else (),
         now.arms, arm_sigmas, away,
     )  # fmt: skip
-
-
-def _estimated(away: FloatArray, firm: FloatArray, redundancy: float, old: float) -> float:
-    """Standard deviation of a group of observations by its residuals; what too little redundancy says does not make it larger."""
-    found = float(np.sqrt(np.sum(away**2 * firm * old**2) / redundancy))
-    return min(found, old) if redundancy < FEW_REDUNDANT else found
 
 
 def _with_places(start: Block, control: Control | None) -> Block:

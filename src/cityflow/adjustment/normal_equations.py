@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -111,15 +112,19 @@ class Normal:
         points = self._right_of_points - self._mixed.T @ poses
         return poses, np.einsum("pij,pj->pi", self._inverse, points.reshape(-1, 3))
 
-    def covariances(self) -> FloatArray:
-        """(N, 6, 6) of the poses: radians and metres, for the weights as given."""
-        result = np.empty((self._images, 6, 6))
+    def pose_columns(self) -> Iterator[tuple[int, FloatArray]]:
+        """First image and (6N, 6K) columns of the inverse for it and the K - 1 that follow: covariances of all poses with theirs, radians and metres."""
         for first in range(0, self._images, SOLVED_AT_ONCE // 6):
             last = min(first + SOLVED_AT_ONCE // 6, self._images)
             unit = np.zeros((self._size, 6 * (last - first)))
             unit[np.arange(6 * first, 6 * last), np.arange(unit.shape[1])] = 1.0
-            columns = self._solve(unit)
-            for k in range(first, last):
+            yield first, self._solve(unit)[: 6 * self._images]
+
+    def covariances(self) -> FloatArray:
+        """(N, 6, 6) of the poses: radians and metres, for the weights as given."""
+        result = np.empty((self._images, 6, 6))
+        for first, columns in self.pose_columns():
+            for k in range(first, first + columns.shape[1] // 6):
                 result[k] = columns[6 * k : 6 * k + 6, 6 * (k - first) : 6 * (k - first) + 6]
         return result
 

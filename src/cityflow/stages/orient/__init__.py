@@ -40,7 +40,7 @@ from cityflow.survey.orient_parameters import OrientParameters, TieParameters
 
 FEATURES, TIES, ADJUST = "features", "ties", "adjust"
 STAGES = (FEATURES, TIES, ADJUST)
-VERSION, ADJUST_VERSION = 3, 9
+VERSION, ADJUST_VERSION = 3, 10
 BLOCK = "block"
 """The one unit of the adjustment."""
 FEATURES_FILE, TIES_FILE, BLOCK_FILE = "features.bin", "ties.bin", "block.json"
