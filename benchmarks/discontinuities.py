@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import shapely
+from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Lod, OutlineEdge, Polyhedron
@@ -40,8 +41,8 @@ AROUND_M, HIGH_M = 4.0, 80.0
 TILTS_DEG = (45.0, 54.0)
 """Of the oblique heads of `five_cameras`: the middle of their pictures, and what neighbouring strips see at their edges."""
 UPRIGHT, LOWEST_M = 0.3, 0.3
-SAME_VERTEX_M = 0.005
-"""Vertices of true outlines nearer to each other are one, as the cleaning of given outlines makes them."""
+SAME_VERTEX_M, LEAST_HOLE_M2 = 0.005, 0.1
+"""Vertices of true outlines nearer to each other are one, and smaller holes are none."""
 LEVEL, COVERED_M = 0.95, 1.8
 """Normals of level surfaces, and how far below the highest surface they are covered."""
 BUILT = (Part.ROOF, Part.WALL, Part.OVERHANG, Part.WINDOW, Part.DOOR, Part.PIPE, Part.CHIMNEY)
@@ -188,12 +189,18 @@ class Views:
         row, col = grid.indices(xyz[:, 0], xyz[:, 1])
         top = dsm[np.clip(row, 0, grid.rows - 1), np.clip(col, 0, grid.cols - 1)]
         covered = inside & (normal[:, 2] > LEVEL) & (xyz[:, 2] < top - COVERED_M)
-        outline = shapely.remove_repeated_points(unit.wall_outline, SAME_VERTEX_M)
+        outline = cleaned(unit.wall_outline)
         return Evidence(
             unit.id, outline, PointCloud.of(xyz[roof], BUILDING), float(np.floor(unit.floor_m * 100)) / 100,
             around=PointCloud.of(xyz[built & near], BUILDING), walls=walls, heights=HeightRaster(grid, dsm, dtm), matched=True,
             covered=xyz[covered], edges=tuple(OutlineEdge(e.line, "given", NOISE_M) for e in wall_edges(outline, ())),
         )  # fmt: skip
+
+
+def cleaned(outline: Polygon) -> Polygon:
+    """A true outline without what the union of its volumes leaves: slivers of holes, and vertices next to each other."""
+    holes = [ring for ring in outline.interiors if Polygon(ring).area > LEAST_HOLE_M2]
+    return shapely.remove_repeated_points(Polygon(outline.exterior, holes), SAME_VERTEX_M)
 
 
 def _grid(unit: Unit) -> Grid:

@@ -62,12 +62,14 @@ class Face:
     semantic : Semantic
     plane : index into `Building.planes` for roof faces found as planes, -1 otherwise
     neighbour : id of the unit on the other side of a party wall, else None
+    points : number of points that show it, 0 where it follows from others; None where they were not counted
     """
 
     rings: tuple[tuple[int, ...], ...]
     semantic: Semantic
     plane: int = -1
     neighbour: str | None = None
+    points: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

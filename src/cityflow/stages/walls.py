@@ -1,4 +1,4 @@
-"""Stage ``walls``: the façade points of a ground tile (Nex 2013 §2.3)."""
+"""Stage ``walls``: the façade points of a ground tile (Nex 2013 §2.3), and what lies under something higher."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from cityflow.core.building import Status
+from cityflow.core.depth_map import numbers_within
 from cityflow.core.grid import Bounds, grown
 from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Outcome, Task
@@ -15,6 +16,7 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.depth_reader import CheckedInputs, checked_points
 from cityflow.handover.fused import UNMATCHED
 from cityflow.handover.wall_point_files import encode_walls
+from cityflow.outlines.from_walls.covered_points import find_covered_points
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.survey.city import City
 from cityflow.survey.depths import CheckedSources, checked_over, checked_sources, flight_tiles_over
@@ -24,7 +26,7 @@ from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "walls"
-VERSION = 4
+VERSION = 5
 WALLS = "walls.cfa"
 
 
@@ -71,10 +73,14 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     around = grown(given.bounds, parameters.halo_m)
     points = checked_points(workspace.store, given.depths, around, colour=False)(around)
     found = find_wall_points(points, parameters).within(given.bounds)
-    workspace.write(WALLS, encode_walls(found))
+    covered = find_covered_points(points)
+    covered = covered[numbers_within(covered, given.bounds)]
+    workspace.write(WALLS, encode_walls(found, covered))
     without = "; ".join(UNMATCHED.format(f"tile {t}") for t in given.depths.missing)
     status = Status.DEGRADED if without else Status.DONE
-    return workspace.outcome(status, without, {"points": len(points), "wall_points": len(found)})
+    return workspace.outcome(
+        status, without, {"points": len(points), "wall_points": len(found), "covered_points": len(covered)}
+    )
 
 
 def _points(city: City, name: str) -> Iterable[Node]:
@@ -87,7 +93,7 @@ STAGE = Stage(
     name=NAME,
     unit="ground tile",
     place=Place.TILE,
-    text="depth maps with their votes → points on façades, with the side that they are seen from",
+    text="depth maps with their votes → points on façades, with the side that they are seen from; points of level surfaces under something higher",
     kinds=(KIND,),
     needs=(_points,),
     task=task_by(recipe),

@@ -87,7 +87,10 @@ def test_every_format_writes_outer_floors_and_ceilings(carved: Polyhedron) -> No
     gml = buffer.getvalue().decode()
     assert (gml.count("<bldg:OuterCeilingSurface"), gml.count("<bldg:OuterFloorSurface")) == (3, 1)
     again = read_feature(feature_line(building))
-    semantics = [f.semantic for f in again.solids[Lod.LOD22].faces]
-    assert semantics == [f.semantic for f in carved.faces]
+    assert [(f.semantic, f.points) for f in again.solids[Lod.LOD22].faces] == [
+        (f.semantic, f.points) for f in carved.faces
+    ]
+    new = sum(f.points is not None for f in carved.faces)
+    assert gml.count('name="points"') == new > 10
     obj = write_obj("a", [building], reference, Transform.over(OUTLINE.bounds))["a.obj"].decode()
     assert "usemtl outer_floor" in obj

@@ -49,6 +49,18 @@ def test_walls_and_undersides_stand_where_they_are(kind: str, high: float, area:
     assert evidence.outline.area - section.area == pytest.approx(area, rel=0.04)
 
 
+def test_faces_say_how_many_points_show_them() -> None:
+    evidence = storeys("arcade", NOISE_M, 3)
+    solid = with_voids(_block(evidence), evidence, PARAMETERS).solid
+    assert solid is not None
+    (ceiling,) = solid.of_semantic(Semantic.OUTER_CEILING)
+    assert ceiling.points == 0
+    (back,) = (f for f in solid.of_semantic(Semantic.WALL) if f.points is not None)
+    assert back.points is not None
+    assert back.points == pytest.approx(30 * 12 * (VOID - 0.1), rel=0.1)
+    assert all(f.points is None for f in solid.of_semantic(Semantic.ROOF))
+
+
 def test_a_block_stays_as_it_is() -> None:
     evidence = storeys("block", NOISE_M, 1)
     best = _block(evidence)

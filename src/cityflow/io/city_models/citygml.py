@@ -32,7 +32,7 @@ from cityflow.io.city_models.citygml_elements import generic_xml, members_xml, p
 from cityflow.io.city_models.citygml_openings import WallsWithOpenings
 from cityflow.io.city_models.cityjson_sequence import Bounds3, extent_of
 from cityflow.io.city_models.exported_openings import NO_OPENINGS, Openings, attributes_of_faces
-from cityflow.io.city_models.roof_plane_attributes import plane_attributes
+from cityflow.io.city_models.roof_plane_attributes import counted_points, plane_attributes
 from cityflow.io.city_models.roof_type_codes import ROOF_TYPE_CODES, roof_type_code
 
 Tin = tuple[str, FloatArray, IntArray]
@@ -180,6 +180,7 @@ def _attributes_of(face: Face, building: Building) -> dict[str, Scalar]:
     attributes: dict[str, Scalar] = {}
     if 0 <= face.plane < len(building.planes):
         attributes |= {"plane": face.plane} | plane_attributes(building.planes[face.plane])
+    attributes |= counted_points(face.points)
     if face.neighbour is not None:
         attributes |= {"is_party_wall": True, "neighbour": face.neighbour}
     return scalars(attributes)

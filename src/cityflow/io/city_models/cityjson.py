@@ -29,7 +29,13 @@ from cityflow.io.city_models.exported_openings import (
     attributes_of_faces,
     attributes_of_walls,
 )
-from cityflow.io.city_models.roof_plane_attributes import number_or_none, plane_attributes, plane_json, plane_of
+from cityflow.io.city_models.roof_plane_attributes import (
+    counted_points,
+    number_or_none,
+    plane_attributes,
+    plane_json,
+    plane_of,
+)
 
 Json = Any
 UNITS_PER_METRE = 10_000
@@ -208,12 +214,14 @@ def _surfaces_of(
     used = sorted({i for face in solid.faces for ring in face.rings for i in ring})
     index = dict(zip(used, vertices.add(solid.vertices[used]), strict=True))
     attributes = attributes_of_faces(looks, walls)
-    kinds: dict[tuple[Semantic, int, str | None, int], int] = {}
+    kinds: dict[tuple[Semantic, int, str | None, int | None, int], int] = {}
     values = [
-        kinds.setdefault((f.semantic, f.plane, f.neighbour, i if i in attributes else -1), len(kinds))
+        kinds.setdefault((f.semantic, f.plane, f.neighbour, f.points, i if i in attributes else -1), len(kinds))
         for i, f in enumerate(solid.faces)
     ]
-    surfaces = [_surface(s, p, n, building.planes) | attributes.get(i, {}) for s, p, n, i in kinds]
+    surfaces = [
+        _surface(s, p, n, building.planes) | counted_points(c) | attributes.get(i, {}) for s, p, n, c, i in kinds
+    ]
     return {
         "type": "MultiSurface",
         "lod": lod.value,
@@ -260,6 +268,7 @@ def _polyhedron(geometry: Json, vertices: FloatArray) -> Polyhedron:
             semantic=Semantic(surface["type"]),
             plane=surface.get("plane", -1),
             neighbour=surface.get("neighbour"),
+            points=surface.get("points") if "plane" not in surface else None,
         )
         for face, surface in zip(shell, surfaces, strict=True)
     )

@@ -19,6 +19,11 @@ def plane_attributes(plane: RoofPlane) -> dict[str, Scalar]:
     return known if plane.seen == 1.0 else known | {"seen_share": round(float(plane.seen), 3)}
 
 
+def counted_points(points: int | None) -> dict[str, Scalar]:
+    """What the surface of a face without a plane says of the points that show it."""
+    return {} if points is None else {"points": points}
+
+
 def plane_json(plane: RoofPlane) -> dict[str, Any]:
     """All of a plane, so that it comes back bit for bit."""
     return {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import manifold3d
@@ -52,7 +53,7 @@ class _Key(NamedTuple):
 def carve(solid: Polyhedron, voids: Sequence[Prism], bodies: Sequence[Prism]) -> Polyhedron | None:
     """The solid without the voids and with the bodies; None where nothing is left. It may break rules: the caller checks.
 
-    Vertices of the solid stay bit for bit, others are whole tenths of a millimetre.
+    Vertices of the solid stay bit for bit, others are whole tenths of a millimetre. Faces of prisms have `points` of 0, to be counted.
     """
     origin = np.floor(solid.vertices.min(axis=0))
     sources: dict[int, tuple[_Key, ...]] = {}
@@ -124,9 +125,11 @@ def _faced(world: FloatArray, triangles: IntArray, keys: Sequence[_Key], solid: 
     order = {key: k for k, key in enumerate(sorted(set(keys)))}
     number = np.array([order[key] for key in keys])
     faces: list[CornerFace] = []
+    new: list[bool] = []
     for key, k in order.items():
         for part in _connected(triangles[number == k]):
             faces += [CornerFace(rings, key.semantic, key.plane) for rings in _rings(part, kept)]
+        new += [key.face < 0] * (len(faces) - len(new))
     first = {tuple(v) for v in solid.vertices.tolist()}
 
     def is_needed(corner: Corner, around: set[Corner]) -> bool:
@@ -137,7 +140,9 @@ def _faced(world: FloatArray, triangles: IntArray, keys: Sequence[_Key], solid: 
             or leaves_line(place, [tuple(kept[c[0]]) for c in sorted(around)], STRAIGHT_M)
         )
 
-    return numbered(faces, lambda corner: tuple(kept[corner[0]].tolist()), is_needed)
+    made = numbered(faces, lambda corner: tuple(kept[corner[0]].tolist()), is_needed)
+    flagged = (replace(f, points=0) if is_new else f for f, is_new in zip(made.faces, new, strict=True))
+    return Polyhedron(made.vertices, tuple(flagged))
 
 
 def _connected(triangles: IntArray) -> list[IntArray]:

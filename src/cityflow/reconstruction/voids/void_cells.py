@@ -57,6 +57,7 @@ class CellParameters(Parameters):
         2.0, gt=0, le=100, description="a square metre seen solid weighs so much more than one seen open"
     )
     edge_cost: float = Field(0.2, ge=0, le=10, description="m² that a metre of a void's rim costs where no wall stands")
+    min_depth: float = Field(0.8, ge=0.3, le=10, description="shallowest void (m): found outlines may be off by less")
     min_area_m2: float = Field(2.0, gt=0, le=1000, description="smallest void in plan")
 
 
@@ -94,7 +95,12 @@ def find_voids(seen: SeenWalls, level: Level, drawn: list[CutLine], parameters: 
     found = []
     for number, value in label.items():
         shape = division.polygon(number)
-        if value and shape.area >= p.min_area_m2 and _reaches(shape, seen, level):
+        if (
+            value
+            and shape.area >= p.min_area_m2
+            and _depth(shape, seen) >= p.min_depth
+            and _reaches(shape, seen, level)
+        ):
             shapely.prepare(shape)
             count = int(shapely.contains_xy(shapely.buffer(shape, 0.1), *seen.xyz[hidden, :2].T).sum())
             found.append(Void(shape, count + int(shapely.contains_xy(shape, *base[:, :2].T).sum())))
@@ -245,6 +251,12 @@ def _roofed(division: Subdivision, numbers: Sequence[int], seen: SeenWalls, high
     return np.array(
         [bool(np.all(seen.top(m + 0.98 * (c - m)) > high + ROOFED_M)) for c, m in zip(corners, middles, strict=True)]
     )
+
+
+def _depth(shape: Polygon, seen: SeenWalls) -> float:
+    """Mean depth behind the outline, metres; infinite where it does not reach that."""
+    open_m = float(shape.exterior.intersection(shapely.buffer(seen.outline.boundary, 0.01)).length)
+    return shape.area / open_m if open_m > 0 else float("inf")
 
 
 def _reaches(shape: Polygon, seen: SeenWalls, level: Level) -> bool:

@@ -21,6 +21,7 @@ from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.voids.bodies import BodyParameters, find_bodies
 from cityflow.reconstruction.voids.carve import Prism, carve
 from cityflow.reconstruction.voids.facade_gaps import Level, levels_of
+from cityflow.reconstruction.voids.face_points import with_face_points
 from cityflow.reconstruction.voids.seen_walls import SeenWalls, seen_walls
 from cityflow.reconstruction.voids.void_cells import CellParameters, find_voids
 
@@ -58,6 +59,8 @@ def with_voids(best: Candidate, evidence: Evidence, parameters: VoidParameters) 
     }
     if reason:
         notes["void_reason"] = reason
+    if made:
+        solid = with_face_points(solid, seen, evidence.around)
     return replace(best, solid=solid, notes={**best.notes, **notes})
 
 

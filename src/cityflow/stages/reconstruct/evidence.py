@@ -12,7 +12,7 @@ import shapely
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.building import Outline
 from cityflow.core.facade_points import WallPoints
-from cityflow.core.grid import Grid, grown
+from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.points import (
     BUILDING,
     HIGH_VEGETATION,
@@ -30,7 +30,7 @@ from cityflow.handover.house_points import LOW_M, NO_PART_OF_HOUSES
 from cityflow.handover.layer_files import GivenOrtho, given_colours
 from cityflow.handover.surface_windows import read_windows
 from cityflow.handover.surfaces import Surfaces
-from cityflow.handover.wall_point_files import read_walls
+from cityflow.handover.wall_point_files import read_covered, read_walls
 from cityflow.io.crs import resolve
 from cityflow.io.rasters.remote_raster import raster_file
 from cityflow.io.rasters.surface_zarr import window_of
@@ -155,7 +155,7 @@ def read_evidence(store: Store, given: EvidenceInputs, outline: Outline, wanted_
         around=_part_of_houses(close, grid, layers["dtm"]), walls=_walls_in_order(read_walls(store, given.walls, near)),
         heights=seen.heights, pictures=seen.pictures or _given_pictures(given, outline),
         party=outline.party, edges=outline.edges, roof=outline.roof, wanted_type=wanted_type, alike_m=given.alike_m,
-        rims=outline.rims, matched=given.matched,
+        rims=outline.rims, matched=given.matched, covered=_covered(store, given, outline, near),
     )  # fmt: skip
 
 
@@ -164,6 +164,13 @@ def _in_order(points: PointCloud) -> PointCloud:
     x, y, z = points.xyz.T
     keys = (points.number_of_returns, points.return_number, points.classification, z, y, x)
     return points.take(np.lexsort(keys))
+
+
+def _covered(store: Store, given: EvidenceInputs, outline: Outline, near: Bounds) -> FloatArray:
+    """Covered points inside the outline, in an order of their own."""
+    xyz = read_covered(store, given.walls, near)
+    xyz = xyz[shapely.contains_xy(outline.polygon, xyz[:, 0], xyz[:, 1])]
+    return np.asarray(xyz[np.lexsort(xyz.T[::-1])])
 
 
 def _walls_in_order(walls: WallPoints) -> WallPoints:
