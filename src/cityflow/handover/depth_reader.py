@@ -94,19 +94,22 @@ class PointReader:
                 continue
             parts[name] = standing(self._points(name), bounds)
         found = joined(list(parts.values()), self._bands)
-        self._share(parts, found)
+        if self._share(parts, found):
+            del parts
+            hand_back_heap()
         return found
 
-    def _share(self, parts: dict[str, ImagePoints], found: ImagePoints) -> None:
-        """Maps that are whole in what was found, which is most of it, are kept as parts of that: their points stand in memory once."""
+    def _share(self, parts: dict[str, ImagePoints], found: ImagePoints) -> bool:
+        """Maps that are whole in what was found, which is most of it, are kept as parts of that: their points stand in memory once. Whether it was so."""
         whole = {name for name, part in parts.items() if self._kept.get(name) is part}
         if sum(len(parts[name]) for name in whole) < SHARED_FROM * len(found):
-            return
+            return False
         first = 0
         for name, part in parts.items():
             if name in whole:
                 self._kept[name] = _part_of(found, first, part)
             first += len(part)
+        return bool(whole)
 
     def box(self, name: str) -> Box:
         """Of the points of a map, which has some."""

@@ -28,7 +28,7 @@ from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "fuse"
-VERSION = 7
+VERSION = 8
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,7 @@ from cityflow.surface.fuse_cells import CellPoints, Weighing, cell_points, chose
 from cityflow.surface.fuse_fill import fill_from_below
 from cityflow.surface.fuse_modes import ModeRule, modes, modes_again, modes_instead
 from cityflow.surface.fuse_planes import again_on_planes, on_planes, without_specks
+from cityflow.surface.steady import REACH_CELLS, noise_of
 
 STRIP_CELLS = 3_200_000
 """Cells at a time, but for those around a strip; bounds memory, no result depends on it."""
@@ -85,8 +86,8 @@ class FuseParameters(Parameters):
         return 2 * chosen + again + BESIDE_CELLS
 
     def reach_m(self, cell_m: float) -> float:
-        """Points are needed this far around a tile, for its cells and to fill holes, metres."""
-        return self.halo_cells * cell_m + self.fill_m
+        """Points are needed this far around a tile, for its cells, to steady them and to fill holes, metres."""
+        return self.halo_cells * cell_m + max(self.fill_m, REACH_CELLS * cell_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,18 +113,23 @@ def fuse(points: PointSource, grid: Grid, parameters: FuseParameters | None = No
     Cells nearer than `halo_cells` to the edge of the grid may differ from those of a larger one. Works strip by strip, so that memory does not grow
     with the grid; strips do not show.
     """
-    p = parameters or FuseParameters()
+    return fused_with_noise(points, grid, parameters or FuseParameters())[0]
+
+
+def fused_with_noise(points: PointSource, grid: Grid, p: FuseParameters) -> tuple[Fused, Float32Array]:
+    """As `fuse`, and (rows, cols) the noise of the heights as the differences of images show it, metres (`noise_of`)."""
     dsm, sigma = np.full(grid.shape, np.nan, np.float32), np.full(grid.shape, np.nan, np.float32)
-    count = np.zeros(grid.shape, np.uint32)
+    count, noise = np.zeros(grid.shape, np.uint32), np.full(grid.shape, np.nan, np.float32)
     rows = strip_rows(grid)
     for first in range(0, grid.rows, rows):
         last = min(first + rows, grid.rows)
         low, high = max(first - p.halo_cells, 0), min(last + p.halo_cells, grid.rows)
         strip = Grid(grid.x_min, grid.y_max - low * grid.cell, grid.cell, high - low, grid.cols)
-        part = _fused_strip(points_within(points, _grown(strip)), strip, p)
+        part, rough = _fused_strip(points_within(points, _grown(strip)), strip, p)
         inner = slice(first - low, last - low)
         dsm[first:last], count[first:last], sigma[first:last] = part.dsm[inner], part.count[inner], part.sigma[inner]
-    return Fused(grid, dsm, count, sigma)
+        noise[first:last] = rough[inner]
+    return Fused(grid, dsm, count, sigma), noise
 
 
 def strip_rows(grid: Grid) -> int:
@@ -136,19 +142,23 @@ def _grown(grid: Grid) -> Bounds:
     return x_min - grid.cell, y_min - grid.cell, x_max + grid.cell, y_max + grid.cell
 
 
-def _fused_strip(points: ImagePoints, grid: Grid, p: FuseParameters) -> Fused:
+def _fused_strip(points: ImagePoints, grid: Grid, p: FuseParameters) -> tuple[Fused, Float32Array]:
     weighing = Weighing(grid.cell, HALF_VIEWS, float(np.cos(np.radians(ABOVE_DEG))))
     # nobody but `_surface` holds the points of the cells, so it can let them go
-    z, sigma, count = _surface(cell_points(points, grid, weighing), grid, p)
-    return Fused(grid, z.astype(np.float32), count, np.where(np.isnan(z), np.nan, sigma).astype(np.float32))
+    z, sigma, count, noise = _surface(cell_points(points, grid, weighing), grid, p)
+    found = Fused(grid, z.astype(np.float32), count, np.where(np.isnan(z), np.nan, sigma).astype(np.float32))
+    return found, noise
 
 
-def _surface(points: CellPoints, grid: Grid, p: FuseParameters) -> tuple[FloatArray, Float32Array, NDArray[np.uint32]]:
-    """(rows, cols) heights, NaN in holes, their precision where there are some, and points of each cell; cells whose own floats have a second choice."""
+def _surface(
+    points: CellPoints, grid: Grid, p: FuseParameters
+) -> tuple[FloatArray, Float32Array, NDArray[np.uint32], Float32Array]:
+    """(rows, cols) heights, NaN in holes, their precision where there are some, points of each cell, and noise; cells whose own floats have a second
+    choice."""
     count = points.in_cells
     if len(points.z) == 0:
         nothing = np.full(grid.shape, np.nan)
-        return nothing, nothing.astype(np.float32), count
+        return nothing, nothing.astype(np.float32), count, nothing.astype(np.float32)
     rule = ModeRule(
         RADIUS_CELLS, WIDE_RADIUS_CELLS, BAND_CELLS * grid.cell, BAND_SIGMAS, LEAST_SUPPORT, p.lower_share, STEP_M,
     )  # fmt: skip
@@ -172,7 +182,7 @@ def _surface(points: CellPoints, grid: Grid, p: FuseParameters) -> tuple[FloatAr
         modes_instead(points, rule, found, specks)
         z = again_on_planes(z, found, specks, *planes)
         z[_specks(z, grid, p)] = np.nan
-    return z, found.sigma, count
+    return z, found.sigma, count, noise_of(points, z, planes[1])
 
 
 def without_what_lies_beneath(points: CellPoints, top: Float32Array, grid: Grid) -> CellPoints:

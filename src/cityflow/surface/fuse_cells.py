@@ -27,7 +27,7 @@ class CellPoints(NamedTuple):
     z : (N,) float64, height, metres
     quality : (N,) float32, weight before nearness to a centre counts;  trust : (N,) float32, the same where precision does not count
     sigma : (N,) float32, expected standard deviation of the height, metres
-    image : (N,) int64, number of the reference image
+    image : (N,) int32, number of the reference image
     steep : (N,) whether its ray is nearer to the vertical than asked for
     """
 
@@ -39,7 +39,7 @@ class CellPoints(NamedTuple):
     quality: Float32Array
     trust: Float32Array
     sigma: Float32Array
-    image: IntArray
+    image: NDArray[np.int32]
     steep: BoolArray
 
     @property
@@ -266,7 +266,7 @@ def _columns(n):  # type: ignore[no-untyped-def]
         np.empty(n, kind),
         np.empty(n, kind),
     )
-    return u, v, np.empty(n), quality, trust, sigma, np.empty(n, np.int64), np.empty(n, np.bool_)
+    return u, v, np.empty(n), quality, trust, sigma, np.empty(n, np.int32), np.empty(n, np.bool_)
 
 
 @njit(cache=True, nogil=True)

@@ -10,8 +10,17 @@ from numpy.typing import NDArray
 
 from cityflow.core.arrays import Float32Array
 from cityflow.core.grid import Bounds, Grid
-from cityflow.surface.fuse import Fused, FuseParameters, PointSource, fill_steps, fuse, points_within, strip_rows
+from cityflow.surface.fuse import (
+    Fused,
+    FuseParameters,
+    PointSource,
+    fill_steps,
+    fused_with_noise,
+    points_within,
+    strip_rows,
+)
 from cityflow.surface.overview import surface_colour
+from cityflow.surface.steady import REACH_CELLS, steadied
 
 COLOUR_REACH_CELLS = 3.0
 """Points this near to the surface give it its colour, cells; set by hand."""
@@ -55,11 +64,19 @@ def fused_tile(
     wide = Grid(
         core.x_min - halo * cell_m, core.y_max + halo * cell_m, cell_m, core.rows + 2 * halo, core.cols + 2 * halo
     )
-    found = fuse(points, wide, parameters)
+    found, noise = fused_with_noise(points, wide, parameters)
     part = (slice(halo, halo + core.rows), slice(halo, halo + core.cols))
-    filled = fill_steps(found, parameters, part).astype(np.float32)
-    surface = Fused(core, found.dsm[part].copy(), found.count[part].copy(), found.sigma[part].copy())
+    dsm = _steadied(found, noise, part)
+    filled = np.where(np.isnan(dsm), fill_steps(found, parameters, part).astype(np.float32), dsm)
+    surface = Fused(core, dsm, found.count[part].copy(), found.sigma[part].copy())
     return FusedTile(surface, filled, factor, _colour(points, surface, factor))
+
+
+def _steadied(found: Fused, noise: Float32Array, part: tuple[slice, slice]) -> Float32Array:
+    """Heights of a part, averaged as far as their noise demands. Holes are filled from heights as they were before: that needs less around a tile."""
+    r = REACH_CELLS
+    around = slice(part[0].start - r, part[0].stop + r), slice(part[1].start - r, part[1].stop + r)
+    return steadied(found.dsm[around], noise[around], found.grid.cell)[r:-r, r:-r].copy()
 
 
 def fine_grid(bounds: Bounds, cell_m: float, factor: int) -> Grid:
