@@ -5,6 +5,7 @@ Single buildings that look like rows stand among them: slabs with dormers and cr
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -56,8 +57,22 @@ class RowTown:
     rows: tuple[Row, ...]
 
 
-def row_town(seed: int, width_m: float, parameters: TownLidarParameters) -> RowTown:
-    """The houses of a square depend on the seed alone, the points on the survey too."""
+Gap = tuple[tuple[float, float], ...]
+Drafts = tuple[list[Draft], list[Gap]]
+
+
+def row_town(
+    seed: int,
+    width_m: float,
+    parameters: TownLidarParameters,
+    drafts_of: Callable[[np.random.Generator, str], Drafts] | None = None,
+) -> RowTown:
+    """The houses of a square depend on the seed alone, the points on the survey too.
+
+    Parameters
+    ----------
+    drafts_of : makes the houses of a row of a kind; the plain ones of this file where None
+    """
     rng = np.random.default_rng([seed, 77])
     bounds = (*SOUTH_WEST, SOUTH_WEST[0] + width_m, SOUTH_WEST[1] + width_m)
     terrain = unbroken(make_terrain(rng, bounds, RELIEF))
@@ -65,7 +80,7 @@ def row_town(seed: int, width_m: float, parameters: TownLidarParameters) -> RowT
     columns, lines = int(width_m // CELL_M[0]), int(width_m // CELL_M[1])
     for number in range(columns * lines):
         kind = str(rng.choice(ROWS)) if rng.random() < 0.7 else str(rng.choice(SINGLES))
-        drafts, gaps = _drafts(rng, kind)
+        drafts, gaps = (drafts_of or _drafts)(rng, kind)
         corner = bounds[0] + (number % columns) * CELL_M[0] + 6.0, bounds[1] + (number // columns) * CELL_M[1] + 8.0
         heading = float(rng.uniform(-0.1, 0.1))
         z = float(terrain.z(np.array([corner[0] + 30.0]), np.array([corner[1] + 6.0]))[0])
@@ -135,7 +150,7 @@ def _traces(line: LineString, pair: tuple[TruthBuilding, TruthBuilding], wall: b
     return frozenset(found)
 
 
-def _drafts(rng: np.random.Generator, kind: str) -> tuple[list[Draft], list[tuple[tuple[float, float], ...]]]:
+def _drafts(rng: np.random.Generator, kind: str) -> Drafts:
     if kind in SINGLES:
         return [_single(rng, kind)], []
     count = int(rng.integers(4, 10))
@@ -190,7 +205,7 @@ def _house(
         draft.faces = [LocalFace(draft.ring, 0, 0, eave)]
         if parapets:
             draft.faces += _parapet(box, eave + float(rng.uniform(0.3, 0.6)))
-        if rng.random() < 0.3:
+        if rng.random() < 0.3 and u_1 - u_0 > 3.6:
             u, v = float(rng.uniform(u_0 + 0.6, u_1 - 3.0)), float(rng.uniform(v_0 + 1, v_1 - 4))
             draft.faces.append(LocalFace(roofs.rectangle(u, v, u + 2.3, v + 3.0), 0, 0, eave + 2.4, roofs.DORMER))
     if kind != "flat" and rng.random() < 0.6:

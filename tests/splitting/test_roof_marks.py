@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import FloatArray
-from cityflow.splitting.lidar.lidar_cuts import mark_odds
-from cityflow.splitting.scores.roof_marks import RoofMarks, roof_marks
+from cityflow.splitting.borders.roof_marks import RoofMarks, roof_marks
 
 CELL_M, ROWS = 0.2, 20
 U = np.arange(0.0, 24.0, CELL_M)
@@ -40,7 +39,8 @@ def test_valley_between_gables() -> None:
 def test_ridge_is_no_border() -> None:
     marks = marks_of(gables())
     ridge = np.abs(marks.u - (BORDER_M + 2.5)) < 0.9
-    assert mark_odds(marks)[ridge].max() < -2.0
+    assert marks.marked[ridge].max() < 0.1
+    assert marks.ridge[ridge].max() > 0.9
 
 
 @pytest.mark.parametrize("height", [0.4, -1.0])
@@ -48,7 +48,7 @@ def test_step(height: float) -> None:
     marks = marks_of(np.where(U > BORDER_M, 8.0 + height, 8.0))
     assert at_border(marks, marks.step) > 0.9
     assert at_border(marks, marks.step_m) == pytest.approx(abs(height), abs=0.15)
-    assert mark_odds(marks)[np.abs(marks.u - BORDER_M) > 1.0].max() < -2.0
+    assert marks.marked[np.abs(marks.u - BORDER_M) > 1.0].max() < 0.1
 
 
 def test_firewall_and_trench() -> None:
@@ -61,7 +61,7 @@ def test_firewall_and_trench() -> None:
 
 def test_dormer_steps_along_too_little_of_the_depth() -> None:
     marks = marks_of(np.where(np.abs(U - BORDER_M) < 1.3, 9.5, 8.0), share=0.2)
-    assert mark_odds(marks).max() < 0.0
+    assert marks.marked.max() < 0.25
 
 
 def test_unknown_roof_has_no_marks() -> None:

@@ -15,7 +15,7 @@ from cityflow.splitting.cuts.cut_chords import line_at
 from cityflow.splitting.cuts.cut_places import REACH_M, place
 from cityflow.splitting.scores.border_sides import Sides
 from cityflow.splitting.scores.score import score
-from cityflow.splitting.scores.weigh import Noise, Weighed, weigh
+from cityflow.splitting.scores.weigh import Noise, weigh
 from cityflow.splitting.strips.axis_strips import AxisStrip
 from cityflow.splitting.strips.strip_evidence import StripEvidence
 from cityflow.splitting.strips.strip_rasters import CONTEXT_M
@@ -38,12 +38,11 @@ QUANTILE, QUANTILE_SIGMAS = 0.75, 1.15
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A possible border: its place along the strip, the logarithm of its odds, the line, and its evidence."""
+    """A possible border: its place along the strip, the logarithm of its odds, the line."""
 
     u: float
     log_odds: float
     cut: CutLine
-    weighed: Weighed
 
 
 def candidates(evidence: StripEvidence, outline: Polygon, aspect_sigma_deg: float) -> list[Candidate]:
@@ -67,7 +66,7 @@ def candidates(evidence: StripEvidence, outline: Polygon, aspect_sigma_deg: floa
         line = line_at(evidence.strip, outline, u)
         if line is not None and log_odds >= LEAST_LOG_ODDS:
             cut = _cut(evidence, u, line, (log_odds, weighed.step_m), aspect_sigma_deg)
-            found.append(Candidate(u, log_odds, cut, weighed))
+            found.append(Candidate(u, log_odds, cut))
     return sorted(found, key=lambda c: (-c.log_odds, c.u))
 
 

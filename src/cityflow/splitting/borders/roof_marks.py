@@ -48,7 +48,9 @@ class RoofMarks:
     ----------
     u : (S,) places, metres
     step, valley, wall, trench : (S,) share of the main roof's rows that step, open upwards, have a wall, have a trench
+    ridge, marked : (S,) share that fall to both sides, that have any of the other four
     step_m : (S,) median size of the step over the rows that step; NaN where none does
+    all_m : (S,) median size of what differs over all rows of the main roof, by the lines alone; NaN where there are none
     bottom : (S,) where the valley's bottom lies; NaN where there is none
     noise_m : usual distance of the roof from a line, metres
     """
@@ -58,13 +60,16 @@ class RoofMarks:
     valley: FloatArray
     wall: FloatArray
     trench: FloatArray
+    ridge: FloatArray
+    marked: FloatArray
     step_m: FloatArray
+    all_m: FloatArray
     bottom: FloatArray
     noise_m: float
 
 
 @dataclass(frozen=True, slots=True)
-class _Lines:
+class Lines:
     """(S, R) heights at the places, slopes along the axis, distances from the line; heights and slopes of the nearest cells alone."""
 
     height: FloatArray
@@ -103,17 +108,17 @@ def roof_marks(rows: FloatArray, u: FloatArray) -> RoofMarks:
     windows = sliding_window_view(ends, width, axis=0)
     x: FloatArray = np.asarray((np.arange(width) + 0.5 + guard) * cell, np.float64)
     places = np.arange(len(u) + 1)
-    before = _fitted(windows[places], -x[::-1])
-    after = _fitted(windows[places + 2 * guard + width], x)
+    before = fitted_lines(windows[places], -x[::-1])
+    after = fitted_lines(windows[places + 2 * guard + width], x)
     noise = _noise(before, after)
     main = _main(before.height, after.height)
     found = _marks(before, after, _between(rows, guard), main, (noise, (2 * guard + NEAR) * cell))
     at = u[0] + (places - 0.5) * cell
-    step, valley, wall, trench, step_m, meet = found
-    return RoofMarks(at, step, valley, wall, trench, step_m, at + meet, noise)
+    step, valley, wall, trench, ridge, marked, step_m, all_m, meet = found
+    return RoofMarks(at, step, valley, wall, trench, ridge, marked, step_m, all_m, at + meet, noise)
 
 
-def _fitted(windows: FloatArray, x: FloatArray) -> _Lines:
+def fitted_lines(windows: FloatArray, x: FloatArray) -> Lines:
     """Least-squares lines through windows (S, R, W)."""
     known = np.isfinite(windows)
     n = known.sum(axis=2)
@@ -130,10 +135,10 @@ def _fitted(windows: FloatArray, x: FloatArray) -> _Lines:
     order = np.argsort(np.abs(x), kind="stable")
     first, second = order[:NEAR], order[NEAR : 2 * NEAR]
     near, next_ = windows[..., first].mean(axis=2), windows[..., second].mean(axis=2)
-    return _Lines(height, slope, spread, near, (near - next_) / (x[first].mean() - x[second].mean()))
+    return Lines(height, slope, spread, near, (near - next_) / (x[first].mean() - x[second].mean()))
 
 
-def _noise(before: _Lines, after: _Lines) -> float:
+def _noise(before: Lines, after: Lines) -> float:
     off = np.fmin(before.off, after.off)
     off = off[np.isfinite(off)]
     return max(FLOOR_M, 1.25 * float(np.median(off))) if len(off) else FLOOR_M
@@ -163,8 +168,8 @@ def _between(rows: FloatArray, guard: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _marks(
-    before: _Lines,
-    after: _Lines,
+    before: Lines,
+    after: Lines,
     middle: tuple[FloatArray, FloatArray],
     main: BoolArray,
     noise_and_apart: tuple[float, float],
@@ -175,11 +180,13 @@ def _marks(
         difference = after.height - before.height
         size = np.maximum(np.abs(difference) - REACH_M * np.abs(bend), 0.0)
         least = max(LEAST_STEP_M, SIGMAS * noise)
+        all_m = _median(size, main)
         size = np.minimum(size, _sharp(before, after, apart_m) * np.sign(difference))
         straight = np.fmax(before.off, after.off) < max(STRAIGHT_M, STRAIGHT_SIGMAS * noise)
         steps = main & straight & (size > least)
         meet = -difference / bend
         rising = np.minimum(-before.slope, after.slope) > LEAST_RISE
+        ridge = main & (bend < -LEAST_BEND) & (np.abs(meet) < MEET_M)
         valley = main & (bend > LEAST_BEND) & rising & (np.abs(meet) < MEET_M)
         wall = main & (highest - np.fmax(before.height, after.height) > max(LEAST_WALL_M, SIGMAS * noise))
         trench = main & (np.fmin(before.height, after.height) - lowest > TRENCH_M)
@@ -190,11 +197,12 @@ def _marks(
         return np.where(enough, which.sum(axis=1) / number, 0.0)
 
     return (
-        share(steps), share(valley), share(wall), share(trench), _median(size, steps), _median(meet, valley),
+        share(steps), share(valley), share(wall), share(trench), share(ridge), share(steps | valley | wall | trench),
+        _median(size, steps), all_m, _median(meet, valley),
     )  # fmt: skip
 
 
-def _sharp(before: _Lines, after: _Lines, apart_m: float) -> FloatArray:
+def _sharp(before: Lines, after: Lines, apart_m: float) -> FloatArray:
     """Difference of the nearest cells on both sides beyond what the steepest slope there explains, signed."""
     steep = np.maximum.reduce([np.abs(s) for s in (before.slope, after.slope, before.near_slope, after.near_slope)])
     difference = after.near - before.near
