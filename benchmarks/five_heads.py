@@ -190,8 +190,9 @@ def told(
             f"  check points {plan / GSD_M:.2f} GSD in plan, {up / GSD_M:.2f} GSD in height; shift {np.round(adjusted.shift, 3)}"
         )
     print(
-        f"  taken {found.is_taken}, positions {adjusted.position_sigma_m:.3f} m, image coordinates {adjusted.sigma_px:.3f} px, focal lengths held "
-        f"{found.held_focals}, kept-out ties {found.refinement.gain.before_px:.3f} → {found.refinement.gain.after_px:.3f} px, "
+        f"  taken {found.is_taken}, positions {adjusted.position_sigma_m:.3f} m, image coordinates {adjusted.sigma_px:.3f} px, "
+        f"focal lengths stated to {100 * float(adjusted.interior_sigmas[:, 0].max()):.3f} %, held {found.held_focals}, "
+        f"{adjusted.ties.points} ties, kept-out ones {found.refinement.gain.before_px:.3f} → {found.refinement.gain.after_px:.3f} px, "
         f"{time.process_time() - begun:.0f} s", flush=True,
     )  # fmt: skip
     if found.mounts is not None:
@@ -209,7 +210,10 @@ def main() -> None:
         default=0.03,
         help="of the heads from the antenna, per axis, metres (std dev): unknown to the adjustment",
     )
-    parser.add_argument("--mounts", action="store_true", help="hold the heads of a station together")
+    parser.add_argument(
+        "--alone", action="store_true", help="do not hold the heads of a station together, as `cityflow orient` does"
+    )
+    parser.add_argument("--controlled", action="store_true", help="with control points only")
     asked = parser.parse_args()
     f = flight(asked.seed, asked.apart)
     begun = time.process_time()
@@ -219,9 +223,9 @@ def main() -> None:
         f"{time.process_time() - begun:.0f} s without the mapping", flush=True,
     )  # fmt: skip
     points_known = control(f, asked.seed)
-    for known in (points_known, None):
+    for known in (points_known,) if asked.controlled else (points_known, None):
         for noise_m in (0.1, 1.0):
-            told(f, model, points, noise_m, known, asked.seed, asked.mounts)
+            told(f, model, points, noise_m, known, asked.seed, not asked.alone)
 
 
 if __name__ == "__main__":

@@ -27,6 +27,7 @@ from cityflow.core.control_points import ControlPoint, ControlPoints, Mark, Role
 from cityflow.core.photo_metadata import GnssPosition, PhotoMetadata
 from cityflow.core.points import PointCloud
 from cityflow.errors import CatalogError, RunError
+from cityflow.evaluation.poses import pose_figures
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.geometry.rotations import from_omega_phi_kappa
@@ -352,6 +353,39 @@ def test_two_flights_are_two_models() -> None:
     assert [sorted(m.numbers) for m in result.models] == [list(range(8)), list(range(8, 12))]
     again = mapped(MappingInput([camera], [0] * 12, points, pairs), "radial")
     assert encode_models(again.models) == encode_models(result.models)
+
+
+def test_level_ground_seen_straight_down_has_the_focal_length_that_files_state() -> None:
+    """Twelve parallel images of a plane fit any focal length: it is held, though it is off by 2 %, and poses fit it."""
+    rng = np.random.default_rng(3)
+    level = from_omega_phi_kappa(0.0, 0.0, 0.0)
+    centres = [np.array([12.0 * along, 18.0 * strip, 45.0]) for strip in range(3) for along in range(4)]
+    camera = replace(CAMERA, distortion=())
+    images = [OrientedImage(f"{k:02d}", camera, level, c) for k, c in enumerate(centres)]
+    xyz = np.column_stack([rng.uniform((-25, -20), (60, 55), (2500, 2)), np.zeros(2500)])
+    points, shown = [], []
+    for image in images:
+        uv, depth = image.project(xyz)
+        shown.append(np.flatnonzero(image.holds(uv) & (depth > 0)))
+        points.append(uv[shown[-1]] + rng.normal(0, 0.3, (len(shown[-1]), 2)))
+    stated = (replace(camera, fx=1.02 * camera.fx, fy=1.02 * camera.fy), True)
+    known, pairs = pycolmap_camera(*stated), {}
+    for one in range(12):
+        for other in range(one + 1, 12):
+            both = np.intersect1d(shown[one], shown[other])
+            matches = np.column_stack([np.searchsorted(shown[k], both) for k in (one, other)])
+            found = pair_geometry((known, known), (points[one], points[other]), matches) if len(both) > 30 else None
+            if found is not None:
+                pairs[one, other] = found
+    model = mapped(MappingInput([stated], [0] * 12, points, pairs), "radial").models[0]
+    assert len(model.images) == 12
+    assert model.focal_sigmas == {0: None}
+    assert model.images[0].camera.fx == pytest.approx(1.02 * camera.fx)
+    assert model.reprojection_px < 0.5
+    named = [replace(i, name=images[k].name) for i, k in zip(model.images, model.numbers, strict=True)]
+    figures = pose_figures(named, images, with_similarity=True)
+    assert figures.centre_rmse_m < 0.3
+    assert figures.angle_rmse_deg < 0.3
 
 
 def test_a_mapping_that_dies_says_how(tmp_path: Path) -> None:

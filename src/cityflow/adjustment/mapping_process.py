@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -44,12 +45,38 @@ def main(database: Path, out: Path, method: str, calibration: str) -> None:
     start = pycolmap.Database.open(database)
     given = {c.camera_id: (c.mean_focal_length(), c.has_prior_focal_length) for c in start.read_all_cameras()}
     start.close()
-    for place in sorted(p for p in out.iterdir() if (p / "images.bin").exists()):
+    if _is_lost(_finish(out, calibration, given)):
+        # a scene that leaves the focal length open let it run away; poses for such a one do not come back
+        for place in _models(out):
+            shutil.rmtree(place)
+        _incremental(database, out, hold=True)
+        _finish(out, calibration, given, hold=True)
+
+
+def _models(out: Path) -> list[Path]:
+    return sorted(p for p in out.iterdir() if (p / "images.bin").exists())
+
+
+def _finish(
+    out: Path, calibration: str, given: dict[int, tuple[float, bool]], hold: bool = False
+) -> list[tuple[bool, float]]:
+    """Adjust each model and write it; whether a focal length is held, and the mean reprojection error in pixels, of each."""
+    import pycolmap
+
+    told = []
+    for place in _models(out):
         model = pycolmap.Reconstruction(place)
         if model.num_reg_images() >= LEAST_IMAGES:
-            stated = calibrated(model, calibration, given)
+            stated = calibrated(model, calibration, given, hold)
             model.write_binary(place)
             (place / CALIBRATED).write_text(json.dumps(stated))
+            told.append((any(s["held"] for s in stated.values()), float(model.compute_mean_reprojection_error())))
+    return told
+
+
+def _is_lost(told: list[tuple[bool, float]]) -> bool:
+    """Whether a model does not fit its own tie points with the focal length that it is held at."""
+    return any(held and not error < MOST_ERROR_PX for held, error in told)
 
 
 def _global(database: Path, out: Path) -> None:
@@ -68,10 +95,12 @@ def _global(database: Path, out: Path) -> None:
     pycolmap.global_mapping(database, out, out, options)
 
 
-def _incremental(database: Path, out: Path) -> None:
+def _incremental(database: Path, out: Path, hold: bool = False) -> None:
+    """`hold`: all cameras are as given."""
     import pycolmap
 
     options = pycolmap.IncrementalPipelineOptions()
+    options.ba_refine_focal_length = options.ba_refine_extra_params = not hold
     options.num_threads = options.mapper.num_threads = 1
     options.random_seed = SEED
     options.min_model_size = LEAST_IMAGES
@@ -80,13 +109,14 @@ def _incremental(database: Path, out: Path) -> None:
 
 
 def calibrated(
-    model: pycolmap.Reconstruction, calibration: str, given: dict[int, tuple[float, bool]]
+    model: pycolmap.Reconstruction, calibration: str, given: dict[int, tuple[float, bool]], hold: bool = False
 ) -> dict[str, dict[str, Any]]:
     """Adjust poses, points and cameras; of each camera the standard deviation of its focal length (pixels) and whether it was held.
 
     Parameters
     ----------
     given : of each camera its focal length as given, and whether that is more than a guess; held there where the scene leaves it open
+    hold : all cameras are as given, and stay
     """
     import pycolmap
 
@@ -95,10 +125,13 @@ def calibrated(
         lens = [f, f, cx, cy, k, 0.0, 0.0, 0.0] if calibration == FULL else [f, cx, cy, k, 0.0]
         camera.model = pycolmap.CameraModelId.OPENCV if calibration == FULL else pycolmap.CameraModelId.RADIAL
         camera.params = lens
-    _adjusted(model, calibration == FULL, ())
-    pycolmap.ObservationManager(model).filter_all_points3D(MOST_ERROR_PX, LEAST_ANGLE_DEG)
-    sigmas = _adjusted(model, calibration == FULL, ())
     used = sorted({model.images[i].camera_id for i in model.reg_image_ids()})
+    fixed = used if hold else ()
+    _adjusted(model, calibration == FULL, fixed)
+    pycolmap.ObservationManager(model).filter_all_points3D(MOST_ERROR_PX, LEAST_ANGLE_DEG)
+    sigmas = _adjusted(model, calibration == FULL, fixed)
+    if hold:
+        return {str(n): {"sigma_px": None, "held": True} for n in used}
     held = [n for n in used if (sigmas[n] or math.inf) > OPEN_FOCAL * model.cameras[n].mean_focal_length()]
     if held:
         for number in held:

@@ -36,7 +36,7 @@ from cityflow.stages.orient import BLOCK, FEATURES, ONE_IMAGE, feature_task
 
 PAIRS, MATCHES, MAP = "pairs", "matches", "map"
 PHOTO_STAGES = (FEATURES, PAIRS, MATCHES, MAP)
-VERSION, MAP_VERSION = 1, 2
+VERSION, MAP_VERSION = 1, 3
 PAIRS_FILE, MATCHES_FILE, MODELS_FILE = "pairs.json", "matches.bin", "models.bin"
 WHOLE_SURVEY = Limits(time_s=24 * 3600, memory_mb=16000)
 
