@@ -44,11 +44,12 @@ def noise_of(points: CellPoints, z: FloatArray, band: float) -> Float32Array:
     z : (rows, cols) the surface;  band : points farther from it belong to another
     """
     images = int(points.image.max()) + 1 if len(points.image) else 0
-    return np.asarray(_noise(points.start, points.u, points.v, points.z, points.quality, points.image, z, band, images))
+    return np.asarray(_noise(points, z, band, images))
 
 
 @njit(cache=True, nogil=True)
-def _noise(start, u, v, height, quality, image, z, band, images):  # type: ignore[no-untyped-def]
+def _noise(points, z, band, images):  # type: ignore[no-untyped-def]
+    start, u, v, height, quality, image = points.start, points.u, points.v, points.z, points.quality, points.image
     rows, cols = z.shape
     out = np.full(z.shape, np.nan, np.float32)
     total, weight, seen = np.zeros(images), np.zeros(images), np.empty(images, np.int64)
