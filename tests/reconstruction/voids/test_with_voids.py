@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from cityflow.core.building import Semantic
-from cityflow.core.facade_points import joined_walls
+from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.level_section import level_section
 from cityflow.geometry.polyhedron import volume
@@ -99,6 +99,23 @@ def test_ground_that_runs_through_shows_a_void() -> None:
     made = with_voids(_block(seen), seen, PARAMETERS)
     assert made.solid is not None
     assert volume(made.solid) < VOLUME_M3["block"] - 0.5 * (VOLUME_M3["block"] - VOLUME_M3["arcade"])
+
+
+def test_posts_stand_in_no_voids_way() -> None:
+    """Fronts of posts of 0.5 m at the outer edge of an arcade."""
+    evidence = storeys("arcade", NOISE_M, 1)
+    rng = np.random.default_rng(2)
+    turned = np.array([[np.cos(0.3), np.sin(0.3)], [-np.sin(0.3), np.cos(0.3)]])
+    u = np.concatenate([rng.uniform(at, at + 0.5, 60) for at in (0.0, 3.9, 7.7, 11.5)])
+    xyz = np.column_stack([np.column_stack([u, np.zeros(240)]) @ turned, rng.uniform(0, VOID, 240)]) + ORIGIN
+    normal = np.tile(np.array([0.0, -1.0]) @ turned, (240, 1)).astype(np.float32)
+    posts = WallPoints(xyz, normal, np.full(240, NOISE_M, np.float32), np.full(240, 3, np.uint8))
+    seen = Evidence(
+        "unit", evidence.outline, evidence.points, evidence.ground_height, walls=joined_walls([evidence.walls, posts])
+    )
+    made = with_voids(_block(seen), seen, PARAMETERS)
+    assert made.solid is not None
+    assert volume(made.solid) == pytest.approx(VOLUME_M3["arcade"], rel=0.01)
 
 
 def test_the_model_is_kept_where_a_void_leaves_it_invalid(monkeypatch: pytest.MonkeyPatch) -> None:

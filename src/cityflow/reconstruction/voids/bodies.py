@@ -32,6 +32,8 @@ OVERLAP_M = 0.1
 LEAST_ROOF_POINTS = 10
 SAME_M = 0.3
 """A top so near to the roof behind it ends there."""
+BEYOND_M = 0.2
+"""What goes on farther beyond the ends of an edge is of a neighbour, or of another edge."""
 UNDER_ROOF_M, BESIDE_CORNER_M = 0.02, 0.05
 """A body stays so far below the roof behind it, and away from the ends of its edge: no two planes are nearly one."""
 
@@ -100,7 +102,13 @@ def _boxes(seen: SeenWalls, edge: WallEdge, p: BodyParameters) -> Iterator[tuple
             box = _measured(seen, edge, Front(plane.s[part], plane.t[part], plane.z[part]))
             # what stands before the whole façade is the façade, and the outline is wrong
             whole = box.end - box.start > 0.9 * edge.length
-            if box.low > seen.floor + OVER_GROUND_M + CELL_M and box.end - box.start >= p.min_width and not whole:
+            ours = box.start > -BEYOND_M and box.end < edge.length + BEYOND_M
+            if (
+                ours
+                and box.low > seen.floor + OVER_GROUND_M + CELL_M
+                and box.end - box.start >= p.min_width
+                and not whole
+            ):
                 yield box, int(part.sum())
         left = Front(left.s[~near], left.t[~near], left.z[~near])
 

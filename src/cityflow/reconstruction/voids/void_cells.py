@@ -24,11 +24,13 @@ from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.partition.plane_energy import inner_edges
 from cityflow.reconstruction.partition.roof_partition import cut_cells
 from cityflow.reconstruction.partition.subdivision import Subdivision
-from cityflow.reconstruction.voids.facade_gaps import Level
+from cityflow.reconstruction.voids.facade_gaps import ON_M, Level
 from cityflow.reconstruction.voids.seen_walls import FACING, INSIDE_M, SeenWalls
 
-RASTER_M = 0.25
-"""Cells on which places are counted; set by hand, as all here."""
+RASTER_M = 0.5
+"""Cells on which places are counted, twice those that covered points are thinned to; set by hand, as all here."""
+STEP_M = 0.25
+"""Steps along rays."""
 BIN_M, PLANE_M = 0.1, 0.3
 """Offsets of walls are counted in such bins; points so near to the fullest are of that wall."""
 LEAST_LENGTH_M, GAP_M = 0.6, 2.5
@@ -52,7 +54,7 @@ class CellParameters(Parameters):
 
     min_points: int = Field(15, ge=1, le=10_000, description="fewest points that a void is seen by, and a wall in it")
     depth: float = Field(8.0, gt=0, le=50, description="a wall shows an open place at most this far (m) in front of it")
-    prior: float = Field(0.3, ge=0, le=1, description="share of a place that must be seen open")
+    prior: float = Field(0.2, ge=0, le=1, description="share of a place that must be seen open")
     solid_weight: float = Field(
         2.0, gt=0, le=100, description="a square metre seen solid weighs so much more than one seen open"
     )
@@ -87,7 +89,8 @@ def find_voids(seen: SeenWalls, level: Level, drawn: list[CutLine], parameters: 
     lines = _on_drawn(_with_ends(walls, seen, level, p.depth), drawn)
     cut_cells(division, lines, MOST_CELLS)
     opened = _once(np.concatenate([_before(seen, hidden, level, p.depth), base[:, :2]]))
-    solid = _once(_behind(seen, (z > level.low + RIM_M) & (z < level.high - RIM_M)))
+    inner = (z > level.low + RIM_M) & (z < level.high - RIM_M)
+    solid = _once(_behind(seen, inner & ~_on_posts(seen, level)))
     numbers = list(division.cells)
     is_open = _labelled(division, opened, solid, lines[: len(walls)], p) & _roofed(division, numbers, seen, level.high)
     label = division.merge({n: int(is_open[k]) for k, n in enumerate(numbers)})
@@ -198,7 +201,7 @@ def _on_drawn(lines: Sequence[CutLine], drawn: list[CutLine]) -> list[CutLine]:
 
 def _before(seen: SeenWalls, hidden: IntArray, level: Level, depth: float) -> FloatArray:
     """Places in front of hidden points, inside the outline, as far as a ray stays below the upper end of the level."""
-    steps = np.arange(INSIDE_M, depth, RASTER_M)
+    steps = np.arange(INSIDE_M, depth, STEP_M)
     at, n = seen.xyz[hidden], seen.normal[hidden]
     places = at[:, None, :2] + steps[None, :, None] * n[:, None]
     inside = shapely.contains_xy(seen.outline, places[..., 0], places[..., 1])
@@ -210,6 +213,17 @@ def _before(seen: SeenWalls, hidden: IntArray, level: Level, depth: float) -> Fl
 def _behind(seen: SeenWalls, within: BoolArray) -> FloatArray:
     at, n = seen.xyz[within, :2], seen.normal[within]
     return np.asarray((at[:, None] - np.array(BEHIND_M)[None, :, None] * n[:, None]).reshape(-1, 2))
+
+
+def _on_posts(seen: SeenWalls, level: Level) -> BoolArray:
+    """(N,) points on the façade within openings: of posts, behind which is open again."""
+    found = np.zeros(len(seen.xyz), bool)
+    for o in level.openings:
+        edge = seen.edges[o.edge]
+        plan = seen.xyz[:, :2] - edge.start
+        s, t = plan @ edge.along, plan @ edge.outward
+        found |= (np.abs(t) <= ON_M) & (s > o.start) & (s < o.end)
+    return found
 
 
 def _once(xy: FloatArray) -> FloatArray:
