@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from types import NoneType
@@ -30,7 +31,8 @@ class Inputs:
     def __init__(self, store: Store, ledger: Ledger) -> None:
         self._ledger, self._store = ledger, store
         self._shared = SharedTexts(store)
-        self._outputs: dict[str, dict[str, Mapping[str, Written]]] = {}  # by stage and unit
+        # by stage and unit; a plain dict looks through the places of all that went before it finds its first
+        self._outputs: dict[str, OrderedDict[str, Mapping[str, Written]]] = {}
         self._known: dict[str, Written] = {}  # those in ``work/`` by path
         self._products: dict[str, tuple[Node, Written]] = {}
         self._lists: dict[str, tuple[str, Written]] = {}  # of files written in place, by the name that inputs have
@@ -113,7 +115,7 @@ class Inputs:
     def _keep(self, node: Node, written: Mapping[str, Written]) -> None:
         """In the place of what was known of the node; who came first in its stage goes first."""
         stage, unit = node
-        units = self._outputs.setdefault(stage, {})
+        units = self._outputs.setdefault(stage, OrderedDict())
         self._forget(units, unit)
         units[unit] = written
         for path, of in written.items():
@@ -122,7 +124,7 @@ class Inputs:
         if len(units) > KEPT:
             self._forget(units, next(iter(units)))
 
-    def _forget(self, units: dict[str, Mapping[str, Written]], unit: str) -> None:
+    def _forget(self, units: OrderedDict[str, Mapping[str, Written]], unit: str) -> None:
         for path in units.pop(unit, ()):
             self._known.pop(path, None)
 

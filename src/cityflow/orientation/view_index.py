@@ -34,6 +34,7 @@ class ViewIndex:
     def __init__(self, views: Sequence[View], plans: Sequence[shapely.Polygon]) -> None:
         self.views = views
         self.names = np.array([v.name for v in views], object)
+        self._plans = np.array([*plans], object)
         self._tree = STRtree(plans)
         cameras: dict[Camera, int] = {}
         self._camera = np.array([cameras.setdefault(v.image.camera, len(cameras)) for v in views], np.int64)
@@ -48,7 +49,16 @@ class ViewIndex:
 
     def over_each(self, boxes: FloatArray) -> tuple[IntArray, IntArray]:
         """(P,) numbers of (N, 4) boxes, and of the views whose plan meets them, both ascending."""
-        box, view = self._tree.query(shapely.box(*boxes.T), predicate="intersects")
+        if not len(boxes):
+            return np.empty(0, np.int64), np.empty(0, np.int64)
+        # most plans around some units hold all of them; of the others each is asked of all boxes, which is quicker than each box of all plans
+        around = *boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist()
+        near = self.over(around)
+        holds = shapely.covers(self._plans[near], shapely.box(*around))
+        every, some = near[holds], near[~holds]
+        view, box = STRtree(shapely.box(*boxes.T)).query(self._plans[some], predicate="intersects")
+        box = np.concatenate([np.repeat(np.arange(len(boxes)), len(every)), box])
+        view = np.concatenate([np.tile(every, len(boxes)), some[view]])
         order = np.lexsort((view, box))
         return box[order], view[order]
 
