@@ -10,7 +10,7 @@ from math import fsum
 from cityflow.core.arrays import IntArray
 from cityflow.core.building import Status
 from cityflow.flow.row import Row
-from cityflow.flow.segment_rows import GOOD, Rows
+from cityflow.flow.segment_rows import GOOD, Rows, column
 from cityflow.flow.some_units import SomeUnits
 
 
@@ -23,12 +23,17 @@ class Tally:
     kinds : how many have which status and verdict
     seconds, peak_mb : of the units that gave a result
     others : those that are not done
+    first_begun, last_begun : when the first and the last of them began, seconds since 1970; 0 where there is none
+    oldest : the unit that began first
     """
 
     kinds: Counter[tuple[Status, str]] = field(default_factory=Counter)
     seconds: list[float] = field(default_factory=list)
     peak_mb: float = 0.0
     others: list[Row] = field(default_factory=list)
+    first_begun: float = 0.0
+    last_begun: float = 0.0
+    oldest: str = ""
 
     @property
     def records(self) -> int:
@@ -53,6 +58,11 @@ def tally_of(loose: Sequence[Row], table: Rows, joined: IntArray, units: SomeUni
     tally.seconds.extend(table.figures("seconds", chosen).tolist())
     tally.peak_mb = float(table.figures("peak_mb", chosen).max(initial=0.0))
     tally.others.extend(table.told(table.not_done(chosen)))
+    if len(chosen):
+        begun = column(table.table, "started")[chosen]
+        first = int(chosen[begun.argmin()])
+        tally.first_begun, tally.last_begun = float(begun.min()), float(begun.max())
+        tally.oldest = table.table["unit"][first].as_py()
     for row in loose:
         if row.unit in units:
             _add(tally, row)
@@ -60,6 +70,9 @@ def tally_of(loose: Sequence[Row], table: Rows, joined: IntArray, units: SomeUni
 
 
 def _add(tally: Tally, row: Row) -> None:
+    if row.started < tally.first_begun or not tally.records:
+        tally.first_begun, tally.oldest = row.started, row.unit
+    tally.last_begun = max(tally.last_begun, row.started)
     tally.kinds[row.status, row.verdict] += 1
     if row.status in GOOD:
         tally.seconds.append(row.seconds)

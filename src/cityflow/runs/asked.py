@@ -41,6 +41,7 @@ class Asked:
     under : digest of the circumstances
     catalog : its digest, for whoever asks for the same again
     is_at_work : a driver writes this while it works, and what it names is what it has come to
+    is_by_records : nothing was noted and nothing followed: what has a record counts as asked for, and of what is out of date an example stands for each stage
     """
 
     title: str
@@ -54,6 +55,7 @@ class Asked:
     under: str = ""
     catalog: str = ""
     is_at_work: bool = False
+    is_by_records: bool = False
     version: int = VERSION
 
 

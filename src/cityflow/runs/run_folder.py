@@ -61,11 +61,24 @@ def open_run(url: str) -> Prepared:
     """An existing RUN, with the workflow, the catalog and the area that it was last run with; whoever reads the catalog's files looks where they are."""
     store = Store.open(url)
     if not _is_run(store):
-        raise RunError("no run here (run.json is missing)", where=url, remedy="start one with `cityflow run … --out`")
+        raise _no_run(url)
     tree = _description(store)
     workflow = checked(known_part(tree["workflow"]), where=f"{url}/{DESCRIPTION}")
     catalog = read_catalog(tree["catalog"], allow_outside=True)
     return Prepared(workflow, catalog, _area(tree["area"], store), store).with_settled_poses()
+
+
+def names_of_run(url: str) -> tuple[str, str]:
+    """Name of the workflow and address of the catalog of an existing RUN; neither is read. Raises RunError where there is none."""
+    store = Store.open(url)
+    if not _is_run(store):
+        raise _no_run(url)
+    tree = _description(store)
+    return str(tree["workflow"].get("name", "")), tree["catalog"]
+
+
+def _no_run(url: str) -> RunError:
+    return RunError("no run here (run.json is missing)", where=url, remedy="start one with `cityflow run … --out`")
 
 
 def _area(wkt: Any, store: Store) -> Area:

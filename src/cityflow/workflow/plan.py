@@ -27,7 +27,7 @@ from cityflow.runs.request import Request
 from cityflow.runs.run_folder import is_described
 from cityflow.workflow.expected import costs_of
 from cityflow.workflow.printed import print_json
-from cityflow.workflow.status import LAST
+from cityflow.workflow.recorded import LAST
 
 AFTER_OTHERS = "waits for the stages above"
 REASONS_SHOWN = 5

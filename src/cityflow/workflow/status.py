@@ -28,6 +28,7 @@ from cityflow.reporting.poses_words import lines_of_poses
 from cityflow.runs.asked import Asked, read_asked
 from cityflow.runs.poses_note import read_note as read_poses
 from cityflow.workflow.printed import print_json
+from cityflow.workflow.recorded import BY_RECORDS, LAST, MOST_FOLLOWED, recorded
 from cityflow.workflow.verdict_words import verdict_of, verdicts_of
 
 REASONS_SHOWN = 12
@@ -36,8 +37,6 @@ BUILDINGS = "reconstruct"
 VERDICTS = tuple(str(v) for v in Verdict)
 VERDICT_WORDS = {str(Verdict.LOOK): "to look at"}
 GOOD_MEANS = "Good: at least 95 % of the roof is expected within 20 cm of the truth."
-LAST = ("export", "city")
-"""The task that ends a run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +73,7 @@ class Standing:
     verdicts : of the buildings that were asked for;  beyond : number of buildings outside the area of interest that were modelled, too
     damaged : what is wrong with segments of records
     poses : what the run found out about the poses of its images
+    is_by_records : see `Asked`
     """
 
     run: str
@@ -89,6 +89,7 @@ class Standing:
     damaged: Sequence[str]
     next: Sequence[str]
     poses: Sequence[str] = ()
+    is_by_records: bool = False
 
 
 def print_status(url: str, console: Console, as_json: bool = False) -> None:
@@ -148,10 +149,12 @@ def _unit_row(record: Record) -> dict[str, Any]:
 
 
 def asked_of(url: str, store: Store, ledger: Ledger) -> Asked:
-    """What the run was asked for: as noted, at the end or by a driver that did not come to it, else by following its graph."""
+    """What the run was asked for: as noted, at the end or by a driver that did not come to it, else by following its graph, or by a large one's records."""
     noted = read_asked(store, ledger, left_behind=True)
     if noted is not None:
         return noted
+    if ledger.count_files() > MOST_FOLLOWED:
+        return recorded(url, ledger)
     from cityflow.runs.run_folder import open_run
     from cityflow.workflow.note_asked import note_asked
 
@@ -186,10 +189,11 @@ def standing_of(store: Store, asked: Asked, ledger: Ledger, shown_as: str) -> St
             outside = ledger.tally(stage, named.among(beyond_area))
             beyond, verdicts = outside.records, verdicts_of(tally.kinds - outside.kinds)
     told = {v: verdicts[v] for v in dict.fromkeys([*VERDICTS, *sorted(verdicts)])} if verdicts else {}
+    steps = _next(shown_as, at_work, is_complete, sum(stale.values()), told, problems, asked.is_by_records)
     return Standing(
         store.root, asked.workflow, asked.title, at_work, is_complete, stages, told, beyond, problems,
-        [(text, remedy) for text, remedy in asked.edits], ledger.problems(), list(_next(shown_as, at_work, is_complete, sum(stale.values()), told, problems)),
-        list(lines_of_poses(poses)) if (poses := read_poses(store)) is not None else [],
+        [(text, remedy) for text, remedy in asked.edits], ledger.problems(), list(steps),
+        list(lines_of_poses(poses)) if (poses := read_poses(store)) is not None else [], asked.is_by_records,
     )  # fmt: skip
 
 
@@ -208,6 +212,8 @@ def print_standing(standing: Standing, console: Console) -> None:
     for line in standing.poses:
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     console.print(_table(standing.stages))
+    if standing.is_by_records:
+        console.print(BY_RECORDS, markup=False, highlight=False, soft_wrap=True)
     for problem in standing.problems:
         console.print(_line(problem), markup=False, highlight=False, soft_wrap=True)
     for line in unused_lines(standing.unused_edits):
@@ -262,7 +268,13 @@ def _line(problem: Problem) -> str:
 
 
 def _next(
-    named: str, at_work: bool, is_complete: bool, stale: int, verdicts: Mapping[str, int], problems: Sequence[Problem]
+    named: str,
+    at_work: bool,
+    is_complete: bool,
+    stale: int,
+    verdicts: Mapping[str, int],
+    problems: Sequence[Problem],
+    by_records: bool = False,
 ) -> Iterator[str]:
     """What to do, the most urgent first."""
     run = shlex.quote(named)
@@ -273,11 +285,12 @@ def _next(
         yield f"fix the cause of the failures, or set other parameters: cityflow rerun {run} --failed"
     if stale:
         yield (
-            f"{stale:,} tasks are out of date (older version of cityflow, other inputs or settings), and so are products and figures: "
-            "repeat the command of the run to update them"
+            f"{'at least ' * by_records}{stale:,} tasks are out of date (older version of cityflow, other inputs or settings), "
+            "and so are products and figures: repeat the command of the run to update them"
         )
     elif not is_complete:
-        yield "the run is not complete: repeat its command to continue where it stopped"
+        found = "whether the run is complete is not known" if by_records else "the run is not complete"
+        yield f"{found}: repeat its command to continue where it stopped"
     doubtful = sum(verdicts.get(v, 0) for v in ("look", "poor"))
     if doubtful:
         which = "building that is" if doubtful == 1 else f"{doubtful} buildings that are"
