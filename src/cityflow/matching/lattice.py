@@ -54,7 +54,7 @@ class PairLattice:
     ----------
     heights : lowest ground and highest object in sight, metres
     coarsest : the level without a guide; coarser than usual where a pixel would search more than it may
-    ranges, blocks : what has been found so far, by level and block
+    ranges, blocks, expected : what has been found so far, by level and block; the last are disparities between both heights
     matched : how often each block was matched; blocks that the partner does not see are not
     """
 
@@ -66,6 +66,7 @@ class PairLattice:
     ranges: dict[tuple[int, Block], Range | None] = field(default_factory=dict)
     blocks: dict[tuple[int, Block], Float32Array] = field(default_factory=dict)
     matched: Counter[tuple[int, Block]] = field(default_factory=Counter)
+    expected: dict[tuple[int, Block], Range | None] = field(default_factory=dict)
 
     @cached_property
     def usual(self) -> int:
@@ -177,6 +178,12 @@ class PairLattice:
         return self.region(level + 1, (at[0], ends[0]), (at[1], ends[1])), at
 
     def _range_of_heights(self, level: int, block: Block) -> Range | None:
+        key = (level, block)
+        if key not in self.expected:
+            self.expected[key] = self._between_heights(level, block)
+        return self.expected[key]
+
+    def _between_heights(self, level: int, block: Block) -> Range | None:
         """Disparities between the lowest ground and the highest object where the partner sees them."""
         step, halo = float(1 << level), self.parameters.halo_px
         top, bottom, left, right = self.bounds(level, block)

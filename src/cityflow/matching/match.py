@@ -135,14 +135,8 @@ def _go_through(
         if parts.any():
             for use in uses:
                 use.match(square, parts)
-            _deal(
-                reference,
-                _merged_square(reference, lattices, square.window, parameters),
-                square,
-                needed,
-                grounds,
-                depths,
-            )
+            found, normal = _merged_square(reference, lattices, square.window, parameters)
+            _deal(reference, found, normal, square, needed, grounds, depths)
         for use in uses:
             use.drop(number)
         for tile in complete.get(number, ()):
@@ -168,8 +162,8 @@ def _complete_after(squares: Sequence[Square], needed: NeededParts) -> dict[int,
 
 def _merged_square(
     reference: OrientedImage, lattices: Sequence[PairLattice], square: Window, parameters: MatchParameters
-) -> Merged:
-    """Depths of a square; right where all blocks around are known."""
+) -> tuple[Merged, FloatArray]:
+    """Depths of a square, right where all blocks around are known; and its `_normal`."""
     around = _widened(square, reference.camera, parameters)
     normal = _normal(reference.camera, around)
     found, sigmas = zip(*(_of_pair(lattice, normal) for lattice in lattices), strict=True)
@@ -180,16 +174,16 @@ def _merged_square(
     depth[mixed_pixels(depth, gsd, parameters.smoothing)] = np.nan
     depth = smoothed(depth, gsd, parameters.smoothing)
     inner = np.s_[square[0] - around[0] : square[1] - around[0], square[2] - around[2] : square[3] - around[2]]
-    return Merged(square[0], square[2], depth[inner], sigma[inner], views[inner])
+    return Merged(square[0], square[2], depth[inner], sigma[inner], views[inner]), normal[inner]
 
 
 def _deal(
-    reference: OrientedImage, found: Merged, square: Square, needed: NeededParts, grounds: Mapping[str, GroundCells],
+    reference: OrientedImage, found: Merged, normal: FloatArray, square: Square, needed: NeededParts, grounds: Mapping[str, GroundCells],
     depths: TileDepths,
 ) -> None:  # fmt: skip
-    """Give each tile the pixels of its needed parts whose points stand in its cells."""
+    """Give each tile the pixels of its needed parts whose points stand in its cells; `normal` is that of the square."""
     known = np.isfinite(found.depth)
-    normal = _normal(reference.camera, square.window)[known]
+    normal = normal[known]
     rays = np.concatenate([normal, np.ones((len(normal), 1))], axis=-1) @ reference.rotation
     x, y = (reference.centre[:2] + found.depth[known, None].astype(np.float64) * rays[:, :2]).T
     for tile, mask in needed.of_tile.items():
@@ -222,7 +216,9 @@ def _widened(square: Window, camera: Camera, parameters: MatchParameters) -> Win
 
 
 def _of_pair(lattice: PairLattice, normal: FloatArray) -> tuple[Float32Array, Float32Array]:
-    x, y = lattice.pair.rectified(normal)
+    # what is farthest out lies on the rim: no line of the window folds back
+    rim = np.concatenate([normal[0], normal[-1], normal[:, 0], normal[:, -1]])
+    x, y = lattice.pair.rectified(rim)
     row, col = int(np.floor(y.min())) - 2, int(np.floor(x.min())) - 2
     ends = (row, int(np.ceil(y.max())) + 3), (col, int(np.ceil(x.max())) + 3)
     region = lattice.region(0, *ends, known_only=True)

@@ -10,6 +10,7 @@ nearly the same disparity all over the image.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -223,11 +224,16 @@ def _border(camera: Camera) -> FloatArray:
 
 def _seen(camera: Camera, local: FloatArray) -> FloatArray:
     """(…, 2) image coordinates of points in the camera frame; NaN behind the camera and where distortion would fold them back."""
-    reach = 1.05 * float(np.max(np.hypot(*camera.undistort(_border(camera)).T)))
     with np.errstate(invalid="ignore", divide="ignore"):
         normal = local[..., :2] / local[..., 2:]
-        bad = ~((local[..., 2] > 0) & (np.hypot(normal[..., 0], normal[..., 1]) < reach))
+        bad = ~((local[..., 2] > 0) & (np.hypot(normal[..., 0], normal[..., 1]) < _reach(camera)))
     normal[bad] = 0.0
     uv = camera.distort(normal)
     uv[bad] = np.nan
     return uv
+
+
+@lru_cache(maxsize=64)
+def _reach(camera: Camera) -> float:
+    """Greatest tangent of an angle off the axis at which distortion is trusted: a little farther out than the image's corners."""
+    return 1.05 * float(np.max(np.hypot(*camera.undistort(_border(camera)).T)))
