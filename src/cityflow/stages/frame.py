@@ -38,7 +38,7 @@ from cityflow.survey.surface_source import FRAMES, IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "frame"
-VERSION = 10
+VERSION = 11
 EMPTY = "no image of this direction has depths here"
 
 
@@ -142,10 +142,10 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     # what is so near to the edge is not whole, and hides nothing, unless the reach was cut off
     edge_m = fusing.halo_cells * cell_m if reach_m < parameters.ortho.halo_m else 0.0
     blocking = Grid.covering(grown(given.bounds, reach_m - edge_m), cell_m)
-    filled = fill_steps(fused, fusing, wide.slices(blocking)).astype(np.float32)
-    surface = filled[blocking.slices(core)]
+    surface = _filled(fused, core, fusing)
     images = [replace(i, image=i.image.rotated(frame.frame_from_world, frame.origin)) for i in shown]
-    made = true_ortho(core, surface, BlockingSurface(blocking, filled), images, parameters.ortho)
+    hiding = BlockingSurface(blocking, fused.dsm[wide.slices(blocking)])
+    made = true_ortho(core, surface, hiding, images, parameters.ortho)
     zarr, whole = f"{FRAMES}/{frame.name}", given.grid
     digest = store_layers(workspace, zarr, whole, core, _layers(fused, surface, wide.slices(core)))
     digest += store_ortho(workspace, zarr, whole, core, made)
@@ -182,6 +182,14 @@ def _in_frame(
     heights = points.xyz @ frame.frame_from_world[:, 2] + frame.origin[2]
     reach_m = min(reach(float(heights[here].min()), float(heights.max())), reach_m)
     return standing(points, grown(given.bounds, reach_m + cell_m)), reach_m
+
+
+def _filled(fused: Fused, core: Grid, p: FuseParameters) -> Float32Array:
+    """(rows, cols) the surface of the tile, its holes filled from what lies as near as rays from them reach."""
+    near = Grid.covering(grown(core.bounds, p.fill_m), core.cell)
+    part = fused.grid.slices(near)
+    around = Fused(near, fused.dsm[part], fused.count[part], fused.sigma[part])
+    return fill_steps(around, p, near.slices(core)).astype(np.float32)
 
 
 def _layers(fused: Fused, surface: Float32Array, part: tuple[slice, slice]) -> dict[str, np.ndarray]:

@@ -4,6 +4,8 @@ An image's cost in a cell is the length on the ground that a pixel covers times 
 rim of the picture. For images of one height and camera the cheapest one is the one whose nadir is nearest: seams are those of Voronoi
 cells. The weight of a dearer image falls with its distance from the seam, which is the difference of the two costs over its slope; so nothing but the
 cell itself, the images and the surface between cell and cameras has a say.
+
+Cells side by side are decided together where no step is between them: what an image costs, and whether something hides it, hardly differs.
 """
 
 from __future__ import annotations
@@ -48,7 +50,8 @@ class Limits(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """(rows, cols, BLENDED) images, weights, image coordinates and pixels per metre of a block; images of -1 are none, weights of a cell add up to 1."""
+    """(rows, cols, BLENDED) images, weights, image coordinates and pixels per metre of a block; images of -1 are none, and say nothing else; weights of a
+    cell add up to 1."""
 
     image: np.ndarray[tuple[int, ...], np.dtype[np.int32]]
     weight: FloatArray
@@ -57,11 +60,31 @@ class Choice(NamedTuple):
     scale: FloatArray
 
 
+class Places(NamedTuple):
+    """Cells that are decided together, and where the choice has their first.
+
+    Attributes
+    ----------
+    x, y : of columns and rows, metres;  heights : (rows, cols) metres; NaN where nothing is
+    edge : so many rows and columns have one choice, where no step is between
+    smooth : their heights differ by no more, metres
+    row, col : of the first cell
+    """
+
+    x: FloatArray
+    y: FloatArray
+    heights: FloatArray
+    edge: int
+    smooth: float
+    row: int
+    col: int
+
+
 RUN = 128
 """Cells of a row that are looked at together: none of a block is longer."""
-LOOK, COST, U, V, DEPTH, RIM = 5 * RUN, 0, RUN, 2 * RUN, 3 * RUN, 4 * RUN
-"""Of an image, as far as it shows the cells of a row: its cost, infinite where it does not or has had its turn, then these; `RIM` is 1 far from the
-rim of the image and less where that has a say."""
+LOOK, COST, RIM = 2 * RUN, 0, RUN
+"""Of an image, as far as it shows what is decided together in some rows: its cost, infinite where it does not, then `RIM`, which is 1 far from the rim of
+the image and less where that has a say."""
 
 
 @njit(cache=True, nogil=True, inline="always", error_model="numpy")
@@ -88,22 +111,29 @@ def _cost(lens, fisheye, size, x, y, z, limits):  # type: ignore[no-untyped-def]
 def _costs(lens, size, xs, y, heights, limits, look):  # type: ignore[no-untyped-def]
     """Of an image that is no fisheye, along a row: without a branch and with all in one array, so that the loop becomes vector instructions."""
     for c in range(len(xs)):
-        cost, u, v, depth, t = _cost(lens, False, size, xs[c], y, heights[c], limits)
-        look[c + COST], look[c + U], look[c + V], look[c + DEPTH], look[c + RIM] = cost, u, v, depth, t
+        cost, _, _, _, t = _cost(lens, False, size, xs[c], y, heights[c], limits)
+        look[c + COST], look[c + RIM] = cost, t
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _fisheye_costs(lens, size, xs, y, heights, limits, look):  # type: ignore[no-untyped-def]
     for c in range(len(xs)):
-        cost, u, v, depth, t = _cost(lens, True, size, xs[c], y, heights[c], limits)
-        look[c + COST], look[c + U], look[c + V], look[c + DEPTH], look[c + RIM] = cost, u, v, depth, t
+        cost, _, _, _, t = _cost(lens, True, size, xs[c], y, heights[c], limits)
+        look[c + COST], look[c + RIM] = cost, t
 
 
 @njit(cache=True, nogil=True)
-def _cost_at(cameras, i, x, y, z, limits):  # type: ignore[no-untyped-def]
-    """The cost alone; compiled once, where the projection four times in one function takes seven seconds."""
+def _pixel_at(cameras, i, x, y, z):  # type: ignore[no-untyped-def]
+    """Image coordinates and depth; compiled once, as the next."""
+    return project(lens_of(cameras, i), cameras.fisheye[i], x, y, z)
+
+
+@njit(cache=True, nogil=True)
+def _look_at(cameras, i, x, y, z, limits):  # type: ignore[no-untyped-def]
+    """Cost and rim; compiled once, where the projection four times in one function takes seven seconds."""
     size, asked = (cameras.size[i, 0], cameras.size[i, 1]), (limits.steepest, limits.rim, limits.margin)
-    return _cost(lens_of(cameras, i), cameras.fisheye[i], size, x, y, z, asked)[0]
+    cost, _, _, _, t = _cost(lens_of(cameras, i), cameras.fisheye[i], size, x, y, z, asked)
+    return cost, t
 
 
 @njit(cache=True, nogil=True)
@@ -114,65 +144,139 @@ def _slope(cameras, pair, in_rim, cell, difference, limits):  # type: ignore[no-
         at = cameras.centre
         ha, hb = cameras.focal[a, 0] * (at[a, 2] - z), cameras.focal[b, 0] * (at[b, 2] - z)
         return 2.0 * np.hypot((x - at[a, 0]) / ha - (x - at[b, 0]) / hb, (y - at[a, 1]) / ha - (y - at[b, 1]) / hb)
-    east = _cost_at(cameras, b, x + STEP_M, y, z, limits) - _cost_at(cameras, a, x + STEP_M, y, z, limits)
-    north = _cost_at(cameras, b, x, y + STEP_M, z, limits) - _cost_at(cameras, a, x, y + STEP_M, z, limits)
+    east = _look_at(cameras, b, x + STEP_M, y, z, limits)[0] - _look_at(cameras, a, x + STEP_M, y, z, limits)[0]
+    north = _look_at(cameras, b, x, y + STEP_M, z, limits)[0] - _look_at(cameras, a, x, y + STEP_M, z, limits)[0]
     slope = np.hypot(east - difference, north - difference) / STEP_M
     return slope if np.isfinite(slope) else 0.0
 
 
 @njit(cache=True, nogil=True)
-def choose(xs, ys, heights, cameras, obstacles, limits, choice):  # type: ignore[no-untyped-def]
-    """Fill the choice for each cell of a block; where heights are NaN there are no images."""
-    rows, cols = heights.shape
-    n = len(cameras.fisheye)
+def choose(places, cameras, numbers, obstacles, limits, choice):  # type: ignore[no-untyped-def]
+    """Fill the choice for each cell of a block; where heights are NaN there are no images. `numbers` are those of the cameras."""
+    rows, cols = places.heights.shape
+    n, edge = len(cameras.fisheye), places.edge
+    wide = (cols + edge - 1) // edge
     looks, asked = np.empty(n * LOOK), (limits.steepest, limits.rim, limits.margin)
-    for r in range(rows):
+    found = looks, np.empty(n), np.empty(n), np.empty(BLENDED, np.int64), np.empty(BLENDED), np.empty(BLENDED, np.int64)
+    middle, height, rough = np.empty(wide), np.empty(wide), np.empty(wide)
+    for r in range(0, rows, edge):
+        y = _together(places, r, middle, height, rough)
         for i in range(n):
             lens, size, look = lens_of(cameras, i), (cameras.size[i, 0], cameras.size[i, 1]), looks[i * LOOK :]
             if cameras.fisheye[i]:
-                _fisheye_costs(lens, size, xs, ys[r], heights[r], asked, look)
+                _fisheye_costs(lens, size, middle, y, height, asked, look)
             else:
-                _costs(lens, size, xs, ys[r], heights[r], asked, look)
-        for c in range(cols):
-            for k in range(BLENDED):
-                choice.image[r, c, k] = -1
-            if not np.isnan(heights[r, c]):
-                _fill_cell((r, c), (xs[c], ys[r], heights[r, c]), cameras, obstacles, limits, looks, choice)
+                _costs(lens, size, middle, y, height, asked, look)
+        for b in range(wide):
+            at, place = (r, b), (middle[b], y, height[b])
+            _fill_cells(at, place, rough[b], places, (cameras, numbers), obstacles, limits, (found, choice))
+
+
+@njit(cache=True, nogil=True)
+def _together(places, r, middle, height, rough):  # type: ignore[no-untyped-def]
+    """Middles, mean heights and their differences of what is decided together in the rows from `r` on; returns the y of the middles."""
+    heights, edge = places.heights, places.edge
+    last = min(r + edge, heights.shape[0])
+    for b in range(len(middle)):
+        first, end = b * edge, min((b + 1) * edge, heights.shape[1])
+        middle[b] = 0.5 * (places.x[first] + places.x[end - 1])
+        total, count, low, high = 0.0, 0, np.inf, -np.inf
+        for i in range(r, last):
+            for j in range(first, end):
+                z = heights[i, j]
+                if not np.isnan(z):
+                    total, count, low, high = total + z, count + 1, min(low, z), max(high, z)
+        height[b], rough[b] = total / count if count else np.nan, high - low
+    return 0.5 * (places.y[r] + places.y[last - 1])
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _fill_cell(place, cell, cameras, obstacles, limits, looks, out):  # type: ignore[no-untyped-def]
-    """Images in order of cost; only those that would mix are looked at from."""
-    (r, c), (x, y, z) = place, cell
+def _fill_cells(at, middle, rough, places, images, obstacles, limits, kept):  # type: ignore[no-untyped-def]
+    """What is decided together: once, or where a step is in it, from each cell by itself."""
+    (r, b), edge, heights = at, places.edge, places.heights
+    (cameras, numbers), (looks, out) = images, kept
+    is_smooth, seen, found, shared = rough <= places.smooth, -1, 0, looks[5]
+    for i in range(r, min(r + edge, heights.shape[0])):
+        for j in range(b * edge, min((b + 1) * edge, heights.shape[1])):
+            row, col, z = places.row + i, places.col + j, heights[i, j]
+            for k in range(BLENDED):
+                out.image[row, col, k] = -1
+            if np.isnan(z):
+                continue
+            x, y = places.x[j], places.y[i]
+            if seen < 0 or not is_smooth:
+                _look_from(b, looks)
+                seen = _decide(middle, middle if is_smooth else (x, y, z), True, cameras, obstacles, limits, looks)
+                found, shared[:] = seen, looks[3]
+            if seen > 1 and is_smooth and edge > 1:
+                # what mixes has weights of its own in each cell
+                _look_closely(shared[:seen], (x, y, z), cameras, limits, looks)
+                found = _decide((x, y, z), (x, y, z), False, cameras, obstacles, limits, looks)
+            for k in range(found):
+                c = looks[3][k]
+                u, v, depth = _pixel_at(cameras, c, x, y, z)
+                out.image[row, col, k], out.weight[row, col, k] = numbers[c], looks[4][k]
+                out.u[row, col, k], out.v[row, col, k], out.scale[row, col, k] = u, v, cameras.focal[c, 0] / depth
+
+
+@njit(cache=True, nogil=True)
+def _is_shown(cameras, i, cell, margin):  # type: ignore[no-untyped-def]
+    u, v, depth = _pixel_at(cameras, i, cell[0], cell[1], cell[2])
+    return depth > 0.0 and margin < u < cameras.size[i, 0] - margin and margin < v < cameras.size[i, 1] - margin
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _look_from(b, looks):  # type: ignore[no-untyped-def]
+    """Costs and rims of all images in the middle of what is decided together."""
+    look, cost, rim = looks[:3]
+    for k in range(len(cost)):
+        cost[k], rim[k] = look[k * LOOK + COST + b], look[k * LOOK + RIM + b]
+
+
+@njit(cache=True, nogil=True)
+def _look_closely(seen, cell, cameras, limits, looks):  # type: ignore[no-untyped-def]
+    """Costs and rims of some images in a cell; no others have a turn."""
+    cost, rim = looks[1], looks[2]
+    cost[:] = np.inf
+    for i in seen:
+        cost[i], rim[i] = _look_at(cameras, i, cell[0], cell[1], cell[2], limits)
+
+
+@njit(cache=True, nogil=True)
+def _decide(middle, cell, looks_out, cameras, obstacles, limits, looks):  # type: ignore[no-untyped-def]
+    """Number of images found, in order of their costs, which are those in `middle`; `looks_out`: only those that see the cell, if they would mix."""
+    (_, turn, rim, image, weight, _), (x, y, z) = looks, cell
     found, best, total = 0, 0, 0.0
     cheapest, room = np.inf, np.inf
     while found < BLENDED:
         i, cost = -1, np.inf
-        for k in range(len(cameras.fisheye)):
-            if looks[k * LOOK + c] < cost:
-                i, cost = k, looks[k * LOOK + c]
+        for k in range(len(turn)):
+            if turn[k] < cost:
+                i, cost = k, turn[k]
         if i < 0 or cost >= cheapest + room:
             break
-        looks[i * LOOK + c] = np.inf
+        turn[i] = np.inf
         w = 1.0
         if found:
-            in_rim = looks[best * LOOK + RIM + c] < 1.0 or looks[i * LOOK + RIM + c] < 1.0
+            in_rim = rim[best] < 1.0 or rim[i] < 1.0
             # as constants, which both are at first, they would be compiled once more
-            slope = _slope(cameras, (int(best), int(i)), in_rim, cell, cost - cheapest, limits)
+            slope = _slope(cameras, (int(best), int(i)), in_rim, middle, cost - cheapest, limits)
             w = _weight(cost - cheapest, room, slope, limits.half_width)
         to_x, to_y, to_z = cameras.centre[i, 0], cameras.centre[i, 1], cameras.centre[i, 2]
-        if w <= 0.0 or is_hidden(obstacles, x, y, z, to_x - x, to_y - y, to_z - z):
+        if w <= 0.0 or (looks_out and is_hidden(obstacles, x, y, z, to_x - x, to_y - y, to_z - z)):
+            continue
+        # what stands higher or lower than the middle may lie beyond the edge of the picture
+        if z != middle[2] and not _is_shown(cameras, int(i), cell, limits.margin):
             continue
         if found == 0:
             best, cheapest = i, cost
-            room = _room(to_z - z, cost, looks[i * LOOK + RIM + c] < 1.0, limits.half_width)
-        out.image[r, c, found], out.weight[r, c, found] = i, w
-        out.u[r, c, found], out.v[r, c, found] = looks[i * LOOK + U + c], looks[i * LOOK + V + c]
-        out.scale[r, c, found] = cameras.focal[i, 0] / looks[i * LOOK + DEPTH + c]
+            room = _room(to_z - z, cost, rim[i] < 1.0, limits.half_width)
+        image[found], weight[found] = i, w
         total += w
         found += 1
     for k in range(found):
-        out.weight[r, c, k] /= total
+        weight[k] /= total
+    return found
 
 
 @njit(cache=True, nogil=True, inline="always")

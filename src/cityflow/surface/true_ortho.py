@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -23,7 +24,7 @@ from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.core.pixels import PixelArray
 from cityflow.surface.ortho_camera import Cameras, facing, packed
-from cityflow.surface.ortho_choice import BLENDED, RUN, Choice, Limits, choose
+from cityflow.surface.ortho_choice import BLENDED, RUN, Choice, Limits, Places, choose
 from cityflow.surface.ortho_sampling import Wanted, add_colours, rounded
 from cityflow.surface.ortho_visibility import BlockingSurface, Obstacles, obstacles
 
@@ -41,6 +42,8 @@ OFF_NADIR_DEG = 60.0
 """Views tilted more than this against the frame's vertical are not used, degrees: level ground is half as wide in them; set by hand, as is the next."""
 MARGIN_PX = 4.0
 """Outermost pixels of an image that are never used."""
+STEP_CELLS = 2.5
+"""Cells side by side whose heights differ by more are decided one by one, cells: the ground of a tilted frame may slant by one a cell both ways."""
 
 
 class OrthoParameters(Parameters):
@@ -59,6 +62,13 @@ class OrthoParameters(Parameters):
         le=10,
         description="hiding objects are widened by so many cells of the surface, the accuracy of its edges",
     )
+
+
+class Together(NamedTuple):
+    """Cells along an edge that have one choice, and by how much their heights may differ, metres."""
+
+    edge: int
+    smooth: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,16 +120,23 @@ def true_ortho(
     limits = Limits(
         float(np.tan(np.radians(OFF_NADIR_DEG)) ** 2), RIM_SHARE, MARGIN_PX, asked.seam_cells * grid.cell,
     )  # fmt: skip
+    together = _together(grid)
     colour = np.zeros((*grid.shape, bands), dtype)
     source = np.full(grid.shape, -1, np.int16)
     for rows, cols in _squares(*grid.shape, WINDOW):
         part = heights[rows, cols].astype(np.float64)
         if np.isnan(part).all():
             continue
-        choice = _chosen(_centres(grid, rows, cols), part, cameras, blocking, limits)
+        choice = _chosen(_centres(grid, rows, cols), part, together, cameras, blocking, limits)
         source[rows, cols] = _main_source(choice)
         colour[rows, cols] = _coloured(choice, images, grid.cell, bands, dtype)
     return Ortho(colour, source, np.asarray(source >= 0))
+
+
+def _together(grid: Grid) -> Together:
+    """Two cells and two are decided together on the world's lattice, where no edge of the grid parts them."""
+    edges = [round(edge / grid.cell) for edge in grid.bounds]
+    return Together(1 if any(edge % 2 for edge in edges) else 2, STEP_CELLS * grid.cell)
 
 
 def completed(first: Ortho, later: Ortho, images_before: int) -> Ortho:
@@ -132,25 +149,20 @@ def completed(first: Ortho, later: Ortho, images_before: int) -> Ortho:
 
 
 def _chosen(
-    centres: tuple[FloatArray, FloatArray], heights: FloatArray, cameras: Cameras, blocking: Obstacles, limits: Limits
-) -> Choice:
-    choice = _no_choice(heights.shape)
+    centres: tuple[FloatArray, FloatArray], heights: FloatArray, together: Together, cameras: Cameras, blocking: Obstacles,
+    limits: Limits,
+) -> Choice:  # fmt: skip
+    shape = (*heights.shape, BLENDED)
+    choice = Choice(np.full(shape, -1, np.int32), *(np.empty(shape) for _ in range(4)))
     x, y = centres
     for rows, cols in _squares(len(y), len(x), BLOCK):
         part = np.ascontiguousarray(heights[rows, cols])
         if np.isnan(part).all():
             continue
-        chosen, found = _facing((x[cols], y[rows]), part, cameras), _no_choice(part.shape)
-        choose(x[cols], y[rows], part, cameras.take(chosen), blocking, limits, found)
-        found.image[:] = np.append(chosen, -1)[found.image]
-        for name, values in found._asdict().items():
-            getattr(choice, name)[rows, cols] = values
+        chosen = _facing((x[cols], y[rows]), part, cameras)
+        places = Places(x[cols], y[rows], part, *together, rows.start, cols.start)
+        choose(places, cameras.take(chosen), chosen, blocking, limits, choice)
     return choice
-
-
-def _no_choice(cells: tuple[int, ...]) -> Choice:
-    shape = (*cells, BLENDED)
-    return Choice(np.full(shape, -1, np.int32), *(np.zeros(shape) for _ in range(4)))
 
 
 def _facing(centres: tuple[FloatArray, FloatArray], heights: FloatArray, cameras: Cameras) -> IntArray:
