@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.kernels import njit
 from cityflow.outlines.from_walls.wall_thinning import Columns, Int32Array, Neighbourhoods, Voxels
 
@@ -93,27 +93,48 @@ def _steep(
 
 
 @njit(cache=True, nogil=True)
+def first_near(v: int, around: Neighbourhoods, low: IntArray) -> None:
+    """Put into `low` where in each column around a voxel those begin that are not too far beneath; voxels are asked for in their order.
+
+    Voxels of a column rise, so nothing beneath is looked at again for the next one of the same column.
+    """
+    xyz, row, col, start, cols, reach, radius = around
+    k, is_new = 0, v == 0 or row[v] != row[v - 1] or col[v] != col[v - 1]
+    for r in range(row[v] - reach, row[v] + reach + 1):
+        for c in range(col[v] - reach, col[v] + reach + 1):
+            j, end = start[r * cols + c] if is_new else low[k], start[r * cols + c + 1]
+            while j < end and xyz[j, Z] - xyz[v, Z] < -radius:
+                j += 1
+            low[k] = j
+            k += 1
+
+
+@njit(cache=True, nogil=True)
 def _planes(around: Neighbourhoods, band: float, least: int, votes: FloatArray, out: Float32Array) -> None:
     xyz, row, col, start, cols, reach, radius = around
-    largest = 0
+    largest, square = 0, (2 * reach + 1) ** 2
     for place in range(len(start) - 1):
         largest = max(largest, start[place + 1] - start[place])
-    near = np.empty(((2 * reach + 1) ** 2 * largest, 3))
-    column = np.empty(((2 * reach + 1) ** 2, 3))
+    near_x, near_y, near_z = np.empty(square * largest), np.empty(square * largest), np.empty(square * largest)
+    column, low = np.empty((square, 3)), np.empty(square, np.int64)
     totals = np.empty(votes.shape[1])
     for v in range(len(xyz)):
-        count, held = 0, 0
+        first_near(v, around, low)
+        count, held, k = 0, 0, 0
         for r in range(row[v] - reach, row[v] + reach + 1):
             for c in range(col[v] - reach, col[v] + reach + 1):
                 begin = count
                 x, y = 0.0, 0.0
-                for j in range(start[r * cols + c], start[r * cols + c + 1]):
+                for j in range(low[k], start[r * cols + c + 1]):
                     dx, dy, dz = xyz[j, X] - xyz[v, X], xyz[j, Y] - xyz[v, Y], xyz[j, Z] - xyz[v, Z]
-                    if abs(dz) <= radius and dx * dx + dy * dy <= radius * radius:
-                        near[count, X], near[count, Y], near[count, Z] = dx, dy, dz
+                    if dz > radius:
+                        break
+                    if dx * dx + dy * dy <= radius * radius:
+                        near_x[count], near_y[count], near_z[count] = dx, dy, dz
                         x += dx
                         y += dy
                         count += 1
+                k += 1
                 if count > begin:
                     column[held, X], column[held, Y], column[held, POINTS] = (
                         x / (count - begin),
@@ -124,7 +145,8 @@ def _planes(around: Neighbourhoods, band: float, least: int, votes: FloatArray, 
         if count < least:
             continue
         nx, ny = _voted(column[:held], votes, band, totals)
-        _adjusted(near[:count], nx, ny, band, out[v])
+        _turned(near_x[:count], near_y[:count], nx, ny)
+        _adjusted(near_x[:count], near_y[:count], near_z[:count], nx, ny, band, out[v])
 
 
 @njit(cache=True, nogil=True)
@@ -143,7 +165,16 @@ def _voted(column: FloatArray, votes: FloatArray, band: float, totals: FloatArra
 
 
 @njit(cache=True, nogil=True)
-def _adjusted(near: FloatArray, nx: float, ny: float, band: float, out: Float32Array) -> None:
+def _turned(x: FloatArray, y: FloatArray, nx: float, ny: float) -> None:
+    """Put distances along and across the direction (nx, ny) of a normal in the place of x and y."""
+    for j in range(len(x)):
+        x[j], y[j] = y[j] * nx - x[j] * ny, x[j] * nx + y[j] * ny
+
+
+@njit(cache=True, nogil=True)
+def _adjusted(
+    along: FloatArray, across: FloatArray, up: FloatArray, nx: float, ny: float, band: float, out: Float32Array
+) -> None:
     """Planes ``across = a + b · along + c · up`` by weighted least squares; the weights of each come from the one before.
 
     The axes are those of the direction voted for, so across is the only coordinate in error. Tukey's weights: 0 beyond `REACH` bands.
@@ -152,10 +183,11 @@ def _adjusted(near: FloatArray, nx: float, ny: float, band: float, out: Float32A
     least = 1.0 / (REACH * band) ** 2
     for _ in range(ITERATIONS):
         w, wu, wz, wv, wuu, wuz, wzz, wuv, wzv = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for j in range(len(near)):
-            u, v, z = near[j, Y] * nx - near[j, X] * ny, near[j, X] * nx + near[j, Y] * ny, near[j, Z]
+        for j in range(len(along)):
+            u, v, z = along[j], across[j], up[j]
             d = v - a - b * u - c * z
-            part = max(0.0, 1.0 - d * d * least) ** 2
+            part = 1.0 - d * d * least
+            part = part * part if part > 0.0 else 0.0
             w, wu, wz, wv = w + part, wu + part * u, wz + part * z, wv + part * v
             wuu, wuz, wzz = wuu + part * u * u, wuz + part * u * z, wzz + part * z * z
             wuv, wzv = wuv + part * u * v, wzv + part * z * v
@@ -170,13 +202,12 @@ def _adjusted(near: FloatArray, nx: float, ny: float, band: float, out: Float32A
         a = mv - b * mu - c * mz
     length = np.sqrt(1.0 + b * b + c * c)
     total, square = 0.0, 0.0
-    for j in range(len(near)):
-        u, v, z = near[j, Y] * nx - near[j, X] * ny, near[j, X] * nx + near[j, Y] * ny, near[j, Z]
-        d = (v - a - b * u - c * z) / length
-        if abs(d) <= 2.0 * band:
-            total += 1.0
-            square += d * d
+    for j in range(len(along)):
+        d = (across[j] - a - b * along[j] - c * up[j]) / length
+        near = abs(d) <= 2.0 * band
+        total += 1.0 if near else 0.0
+        square += d * d if near else 0.0
     out[X], out[Y], out[Z] = (nx + b * ny) / length, (ny - b * nx) / length, -c / length
     out[SCATTER] = np.sqrt(square / max(total, 1.0))
-    out[SHARE] = total / len(near)
+    out[SHARE] = total / len(along)
     out[OFFSET] = -a / length

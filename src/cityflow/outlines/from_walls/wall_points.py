@@ -12,7 +12,7 @@ from cityflow.core.depth_map import ImagePoints
 from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
-from cityflow.outlines.from_walls.wall_normals import Normals, normals, steep
+from cityflow.outlines.from_walls.wall_normals import Normals, first_near, normals, steep
 from cityflow.outlines.from_walls.wall_thinning import Columns, Int32Array, Neighbourhoods, Voxels, thinned
 
 THIN_GSD = 1.25
@@ -139,18 +139,22 @@ def _alike(around: Neighbourhoods, normal: Float32Array, least: float) -> tuple[
     """Neighbours with a normal like the point's own, all neighbours, and the mean normal of the former."""
     xyz, row, col, start, cols, reach, radius = around
     alike, count = np.zeros(len(xyz), np.int32), np.zeros(len(xyz), np.int32)
-    mean = np.zeros((len(xyz), 3))
+    mean, low = np.zeros((len(xyz), 3)), np.empty((2 * reach + 1) ** 2, np.int64)
     for v in range(len(xyz)):
+        first_near(v, around, low)
+        own, x, y, z = 0, 0.0, 0.0, 0.0
         for r in range(row[v] - reach, row[v] + reach + 1):
             for c in range(col[v] - reach, col[v] + reach + 1):
-                for j in range(start[r * cols + c], start[r * cols + c + 1]):
+                for j in range(low[own], start[r * cols + c + 1]):
                     dx, dy, dz = xyz[j, 0] - xyz[v, 0], xyz[j, 1] - xyz[v, 1], xyz[j, 2] - xyz[v, 2]
-                    if abs(dz) <= radius and dx * dx + dy * dy <= radius * radius:
+                    if dz > radius:
+                        break
+                    if dx * dx + dy * dy <= radius * radius:
                         count[v] += 1
                         if normal[j, 0] * normal[v, 0] + normal[j, 1] * normal[v, 1] >= least:
                             alike[v] += 1
-                            for k in range(3):
-                                mean[v, k] += normal[j, k]
-        for k in range(3):
-            mean[v, k] /= max(alike[v], 1)
+                            x, y, z = x + normal[j, 0], y + normal[j, 1], z + normal[j, 2]
+                own += 1
+        most = max(alike[v], 1)
+        mean[v, 0], mean[v, 1], mean[v, 2] = x / most, y / most, z / most
     return alike, count, mean
