@@ -22,6 +22,10 @@ RGB, RGB_NIR = 7, 8
 """LAS point formats."""
 
 NAMES_RECORD = 1
+ONE_OF_ONE = 1 | 1 << 4
+"""Number of a return, and of the returns of its pulse."""
+PART = 1 << 15
+"""Points at a time; no result depends on it."""
 
 
 def write_image_points(
@@ -58,19 +62,20 @@ def write_image_points(
 
 
 def _records(points: ImagePoints, classes: ByteArray, header: laspy.LasHeader) -> laspy.ScaleAwarePointRecord:
+    """Written in parts that stay in the cache: each of its fields would else go through all records."""
     records = laspy.ScaleAwarePointRecord.zeros(len(points), header=header)
-    records.X, records.Y, records.Z = _counts(points.xyz, header.offsets, SCALE_M)
-    records.classification = classes
-    records.return_number[:] = 1
-    records.number_of_returns[:] = 1
-    records.user_data = points.views
-    records.point_source_id = np.where(points.image < 65535, points.image + 1, 0).astype(np.uint16)
-    records[SIGMA] = points.sigma
-    colour = points.colour.astype(np.uint16) * np.uint16(257 if points.colour.dtype == np.uint8 else 1)
-    bands = colour if colour.shape[1] >= 3 else np.repeat(colour[:, :1], 3, axis=1)
-    records.red, records.green, records.blue = bands[:, :3].T
-    if bands.shape[1] == 4:
-        records.nir = bands[:, 3]
+    places = _counts(points.xyz, header.offsets, SCALE_M)
+    for first in range(0, len(points), PART):
+        part = slice(first, first + PART)
+        out, image, colour = records.array[part], points.image[part], points.colour[part]
+        out["X"], out["Y"], out["Z"] = places[:, part]
+        out["classification"], out["bit_fields"] = classes[part], ONE_OF_ONE
+        out["user_data"], out[SIGMA] = points.views[part], points.sigma[part]
+        out["point_source_id"] = np.where(image < 65535, image + 1, 0)
+        colour = colour.astype(np.uint16) * np.uint16(257 if colour.dtype == np.uint8 else 1)
+        bands = colour if colour.shape[1] >= 3 else np.repeat(colour[:, :1], 3, axis=1)
+        for number, band in enumerate(("red", "green", "blue", "nir")[: max(bands.shape[1], 3)]):
+            out[band] = bands[:, number]
     return records
 
 

@@ -255,7 +255,8 @@ def _write_points(workspace: Workspace, tile: str, given: ImageSurfaceInputs, su
     """The tile's own points with their classes, where there is a terrain; how many."""
     core = checked_points(workspace.store, given.depths, given.bounds)(given.bounds)
     row, col = surface.fine.grid.indices(core.xyz[:, 0], core.xyz[:, 1])
-    core = core.take(np.isfinite(surface.fine.dtm[row, col]))
+    known = np.isfinite(surface.fine.dtm[row, col])
+    core = core if known.all() else core.take(known)
     data = write_image_points(core, classify_points(core, surface), crs=crs_of(resolve(given.crs)))
     workspace.publish(f"products/points/{tile}.laz", data)
     return len(core)
