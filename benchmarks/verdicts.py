@@ -2,11 +2,12 @@
 
     python benchmarks/verdicts.py --cache FOLDER                    # judge the committed calibration on towns that it was not fitted on
     python benchmarks/verdicts.py --cache FOLDER --fit --write      # fit it anew, and write it into `reconstruction/verdicts/fitted_weights.py`
-    python benchmarks/verdicts.py --cache FOLDER --fit --write --surveys matched sides      # the calibration of matched surfaces alone
+    python benchmarks/verdicts.py --cache FOLDER --flights RUN TRUTH RUN TRUTH ... --fit --write --surveys matched sides      # that of matched surfaces alone
+    python benchmarks/verdicts.py --cache FOLDER --flights RUN TRUTH ... --surveys flights         # judge it on flights
 
 A town has some 110 units (`verdict_cases.py`): half of them sound, the others spoilt in one of fourteen ways, at 0.7 to 20 points per m², and eight cluttered
 old houses. The threshold of `good` is set on the towns of the fit, each judged by a fit to the others: the least with the shares aimed at. A town takes
-about 80 s on a core with all three surveys, the fit itself a second.
+about 80 s on a core with all surveys, the fit itself a second. *Flights* are finished runs of ``cityflow demo --only flight --seed N`` (`verdict_flights.py`).
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from verdict_cases import Case, cases_of, true_share
 from verdict_cases_images import image_cases
 from verdict_cases_sides import image_side_cases
 from verdict_cases_sparse import sparse_cases
+from verdict_flights import flown_units, seed_of
 
 SURVEYS: Mapping[str, Callable[[int], Iterator[Case]]] = {
     "scanned": cases_of,
@@ -59,18 +61,23 @@ SCALES: dict[str, tuple[float, ...]] = {
     "off": (0.01, 0.1), "worst": (0.02, 0.2), "unseen": (0.01, 0.1), "loose": (0.01, 0.1), "strange": (0.01, 0.1), "unsure": (0.01, 0.1),
     "missed": (0.01, 0.05), "misplaced": (0.05, 0.5), "beside": (0.05,), "error_m": (0.05, 0.3), "few": (0.1, 0.5),
     "steps": (0.05, 0.5), "shared": (0.02,), "divided": (0.01,), "slight": (0.02, 0.2),
+    "faceted": (0.2, 1.5), "lacked": (0.01, 0.1),
 }  # fmt: skip
 """At which values a figure may begin to matter; the fit chooses the weights, none negative."""
 TERMS = tuple((figure, scale) for figure, scales in SCALES.items() for scale in scales)
 OUTLINE_ALONE = frozenset({"beside"})
 """A roof that goes on beyond a given outline may be another building: a doubt, but it makes no unit poor."""
-OF_MATCHED_ALONE = frozenset({"slight"})
-"""Only errors that neighbouring points share make planes; those of a scanner are every point's own."""
+OF_MATCHED_ALONE = frozenset({"slight", "faceted", "lacked"})
+"""Only errors that neighbouring points share make planes; those of a scanner are every point's own. Only images have surfaces of the points' spacing."""
 FAULTS = ("astray",)
 """A roof that is right is of no use in an outline that is wrong. Few points of a scanner tell no side from another, and outlines beside them are given."""
+FLIGHTS = "flights"
+TIMES: Mapping[str, int] = {FLIGHTS: 10}
+"""A unit of a whole flight counts as often in a fit: simulated surfaces are more, but err otherwise. Of 1, 3, 10 and 30, 10 and 30 told flights best, each
+flight judged by a fit to the others, and 10 harms simulated ones less."""
 CALIBRATED: Mapping[str, tuple[tuple[str, ...], frozenset[str], tuple[str, ...]]] = {
     "SCANNED": (("scanned", "sparse"), OF_MATCHED_ALONE, ()),
-    "MATCHED": (("matched", "sides"), frozenset(), FAULTS),
+    "MATCHED": (("matched", "sides", FLIGHTS), frozenset(), FAULTS),
 }
 """Which surveys each calibration is for, the figures that do not count there, and those that are a fault's probability."""
 BLOCK = r"^{} = Calibration\(\n.*?^\)  # fmt: skip\n"
@@ -111,12 +118,24 @@ def rows_of(seed: int, survey: str, cache: Path) -> list[Row]:
     return found
 
 
+def flight_rows(run: str, truth: Path, cache: Path) -> list[Row]:
+    """The units of a finished run, judged again; kept as those of a town."""
+    seed = seed_of(truth)
+    path = cache / f"verdicts_{FLIGHTS}_{seed}.pkl"
+    if not path.exists():
+        rows = [Row(seed, FLIGHTS, u.unit, "found", 0.0, u.true, u.figures) for u in flown_units(run, truth)]
+        cache.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(pickle.dumps(rows))
+    found: list[Row] = pickle.loads(path.read_bytes())
+    return found
+
+
 def fitted(
     rows: Sequence[Row], share: float, without: frozenset[str] = frozenset(), faults: tuple[str, ...] = ()
 ) -> Logistic:
     """The weights that make the true outcome likeliest, a small ridge added; `without`: figures that shall not count."""
     terms = [(f, s) for f, s in TERMS if f not in without]
-    known = [r for r in rows if r.figures is not None]
+    known = [r for r in rows if r.figures is not None for _ in range(TIMES.get(r.survey, 1))]
     x = np.array([[np.log1p(getattr(r.figures, f) / s) for f, s in terms] for r in known])
     y = np.array([r.true >= share for r in known], float)
     sound = np.array([np.prod([1.0 - getattr(r.figures, f) for f in faults]) for r in known])
@@ -136,18 +155,21 @@ def fitted(
 
 
 def threshold(rows: Sequence[Row], without: frozenset[str], faults: tuple[str, ...]) -> float:
-    """The least probability with the shares aimed at, every town judged by a fit to the others."""
-    probability, good = [], []
+    """The least probability with the shares aimed at, on simulated towns and on flights alike, every town judged by a fit to the others."""
+    probability, good, flown = [], [], []
     for seed in sorted({r.seed for r in rows}):
         model = fitted([r for r in rows if r.seed != seed], GOOD_SHARE, without, faults)
         own = [r for r in rows if r.seed == seed and r.figures is not None]
         probability += [probability_of(r.figures, model) for r in own if r.figures is not None]
         good += [r.true >= GOOD_SHARE for r in own]
-    p, y = np.array(probability), np.array(good)
+        flown += [r.survey == FLIGHTS for r in own]
+    p, y, f = np.array(probability), np.array(good), np.array(flown)
+    kinds = [kind for kind in (~f, f) if kind.any()]
     for least in np.arange(0.5, 0.99, 0.01):
         called = p >= least
-        print(f"  {least:.2f}: {_shares(called, y)}")
-        if np.mean(y[called]) >= PURITY and np.mean(called[~y]) <= WRONGLY:
+        for kind in kinds:
+            print(f"  {least:.2f}: {_shares(called[kind], y[kind])}")
+        if all(np.mean(y[called & k]) >= PURITY and np.mean(called[~y & k]) <= WRONGLY for k in kinds):
             return round(float(least), 2)
     return 0.99
 
@@ -221,13 +243,20 @@ def main() -> None:
     options.add_argument("--write", action="store_true")
     options.add_argument("--fitted", type=int, nargs="+", help="other seeds than those of the committed calibration")
     options.add_argument("--judged", type=int, nargs="+", help="other seeds than those that nothing was fitted to")
-    options.add_argument("--surveys", nargs="+", default=list(SURVEYS), choices=list(SURVEYS))
+    options.add_argument("--surveys", nargs="+", default=list(SURVEYS), choices=[*SURVEYS, FLIGHTS])
+    options.add_argument("--flights", nargs="+", default=[], help="RUN TRUTH [RUN TRUTH ...]")
     asked = options.parse_args()
     start = time.process_time()
     given, usual = (asked.fitted, FITTED) if asked.fit else (asked.judged, JUDGED)
     rows = [
-        r for survey in asked.surveys for seed in given or usual[survey] for r in rows_of(seed, survey, asked.cache)
+        r
+        for survey in asked.surveys
+        if survey in SURVEYS
+        for seed in given or usual[survey]
+        for r in rows_of(seed, survey, asked.cache)
     ]
+    for run, truth in zip(asked.flights[::2], asked.flights[1::2], strict=True):
+        rows += flight_rows(run, Path(truth), asked.cache)
     if asked.fit:
         path = Path(weights_module.__file__)
         text = path.read_text()

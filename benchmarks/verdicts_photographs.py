@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections import deque
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -23,20 +22,17 @@ from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Polyhedron
-from cityflow.flow.ledger import Ledger
-from cityflow.flow.store import Store
-from cityflow.flow.task import Task
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.reconstruction.verdicts.figures import Figures
 from cityflow.reconstruction.verdicts.fitted_weights import MATCHED
 from cityflow.reconstruction.verdicts.judge import judged_model
 from cityflow.reconstruction.verdicts.verdict import probability_of
-from cityflow.runs.run_folder import open_run
 from cityflow.stages.reconstruct import UnitInputs
 from cityflow.stages.reconstruct.evidence import read_evidence
 from roof_photographs import CONFIRMED, WRONG_BEFORE, Told, told_by
 from texture_world import images_of
 from verdict_cases import GOOD_SHARE, height_of
+from verdict_flights import tasks_of
 from verdicts_run import AROUND_M, share_of, units_of
 
 SCALE, SHRINKAGE = 0.01, 0.02
@@ -77,22 +73,6 @@ class Case(NamedTuple):
     figures: Figures
     end: bool
     told: Told
-
-
-def tasks_of(run: str) -> tuple[Store, list[Task]]:
-    """The tasks of all buildings of a finished run, as the present code makes them."""
-    wanted, found = open_run(run), []
-    with Ledger.open(wanted.store) as ledger:
-        source = wanted.source(ledger)
-        queue = deque(source.initial())
-        while queue:
-            task = queue.popleft()
-            if task.stage == "reconstruct" and task.function.endswith(":run"):
-                found.append(task)
-            record = ledger.latest(task.stage, task.unit)
-            if record is not None:
-                queue.extend(source.after(task, record))
-    return wanted.store, sorted(found, key=lambda t: t.unit)
 
 
 def cases_of(run: str, truth: Path) -> Iterator[Case]:

@@ -11,9 +11,10 @@ from scipy.spatial import cKDTree
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
-from cityflow.core.building import Polyhedron
+from cityflow.core.building import Polyhedron, Semantic
 from cityflow.core.reconstruction import Evidence
 from cityflow.geometry.roof_distances import NEAR, distances_to_roof, roof_hits
+from cityflow.reconstruction.verdicts.lacked_steps import lacked_share
 from cityflow.reconstruction.verdicts.no_roof import Kind
 from cityflow.reconstruction.verdicts.placement import placement_of
 from cityflow.reconstruction.verdicts.roof_fit import RoofFit
@@ -55,6 +56,8 @@ class Figures:
     shared : share of the outline that touches other units, times `few`: what hangs over from there is seen by points alone
     divided : number of planes times `noise`, by the root of the roof's area: of many small planes under noisy points some are wrong
     slight : of the roof's area, planes that depart from a larger one by more than 20 cm, but by little more than noise; of matched surfaces
+    faceted : number of roof faces by the root of the roof's area, one by metres: of many parts one is wrong sooner
+    lacked : of the roof's area, where the surface has a step that the model lacks; of matched surfaces
     points : number of roof points
     held : number of roof points held back
     matched : points are of a surface that was matched or given, not a scanner's
@@ -78,6 +81,8 @@ class Figures:
     shared: float
     divided: float
     slight: float
+    faceted: float
+    lacked: float
     points: int
     held: int
     matched: bool = False
@@ -130,6 +135,10 @@ def figures_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit, held: HeldBa
         shared=sum(p.length for p in evidence.party) / evidence.outline.length * few,
         divided=plane_count(solid) * fit.noise / math.sqrt(evidence.outline.area),
         slight=slight_share(solid, face, places, fit.noise) if evidence.matched else 0.0,
+        faceted=len(solid.of_semantic(Semantic.ROOF)) / math.sqrt(evidence.outline.area),
+        lacked=lacked_share(solid, evidence.outline, evidence.heights)
+        if evidence.matched and evidence.heights
+        else 0.0,
         points=int(roof.sum()),
         held=int(judged.sum()),
         matched=evidence.matched,

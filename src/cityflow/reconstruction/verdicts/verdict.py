@@ -109,6 +109,8 @@ WORDS: Mapping[str, Callable[[Figures], str]] = {
     "error_m": lambda f: f"the expected error of the model is {100 * f.error_m:.0f} cm",
     "divided": lambda f: f"the points scatter by {100 * f.noise:.0f} cm, which is much for roof planes of this size",
     "slight": lambda f: f"{_percent(f.slight)} of the roof is on planes so close to a larger one that the noise of the points may have made them",
+    "faceted": lambda f: f"the roof has many faces for its size (as one of 100 m² with {10 * f.faceted:.0f}), and one of many is wrong sooner",
+    "lacked": lambda f: f"{_percent(f.lacked)} of the roof lies at steps of the surface that the model lacks",
     "steps": lambda f: f"{_percent(f.steps)} of the roof is closer to a height step than the spacing of the points",
     "shared": lambda f: f"{_percent(f.shared / f.few)} of the outline touches neighbours, and few points show which roof is higher there",
     "few": lambda f: f"a roof plane is supported by only about {round(1 / f.few**2)} points",
