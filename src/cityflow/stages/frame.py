@@ -10,7 +10,7 @@ import numpy as np
 from cityflow.core.arrays import Float32Array
 from cityflow.core.building import Status
 from cityflow.core.camera import OrientedImage
-from cityflow.core.depth_map import ImagePoints
+from cityflow.core.depth_map import ImagePoints, numbers_within
 from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.parameters import Parameters
@@ -21,7 +21,7 @@ from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.colour_images import ColourInputs
-from cityflow.handover.depth_reader import CheckedInputs, checked_boxes, checked_points, standing, within
+from cityflow.handover.depth_reader import CheckedInputs, checked_boxes, checked_points, within
 from cityflow.handover.field_types import FrameField
 from cityflow.handover.fused import UNMATCHED
 from cityflow.handover.layer_files import store_layers, store_ortho
@@ -134,8 +134,8 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     without = [UNMATCHED.format(f"tile {t}") for t in given.depths.missing]
     status = Status.DEGRADED if without else Status.DONE
     shown = given.colours.opened(workspace.store)
-    points, reach_m = _in_frame(workspace.store, given, [i.image for i in shown], parameters)
-    if not len(points) or not shown:
+    points, count, reach_m = _in_frame(workspace.store, given, [i.image for i in shown], parameters)
+    if not count or not shown:
         return workspace.outcome(status, "; ".join([EMPTY, *without]), {"digest": "empty", "points": 0})
     core, wide = Grid.covering(given.bounds, cell_m), Grid.covering(grown(given.bounds, reach_m), cell_m)
     fused = fuse(points, wide, fusing)
@@ -149,14 +149,15 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     zarr, whole = f"{FRAMES}/{frame.name}", given.grid
     digest = store_layers(workspace, zarr, whole, core, _layers(fused, surface, wide.slices(core)))
     digest += store_ortho(workspace, zarr, whole, core, made)
-    figures = {"digest": digest_of(digest), "points": len(points), "seen": float(made.mask.mean())}
+    figures = {"digest": digest_of(digest), "points": count, "seen": float(made.mask.mean())}
     return workspace.outcome(status, "; ".join(without), figures)
 
 
 def _in_frame(
     store: Store, given: FrameInputs, images: Sequence[OrientedImage], p: FrameParameters
-) -> tuple[ImagePoints, float]:
-    """The points over the tile, with all that can hide it from the images, in the frame; and how far around, metres."""
+) -> tuple[ImagePoints, int, float]:
+    """The points over the tile, with all that can hide it from the images, in the frame, and others around; how many of the former; and how far around
+    these are, metres."""
     frame, cell_m, least_m = given.frame, given.grid.cell, p.fuse.reach_m(given.grid.cell)
     near = grown(given.bounds, least_m)
 
@@ -178,10 +179,11 @@ def _in_frame(
     points = checked_points(store, given.depths, wide, frame, colour=False)(wide)
     here = within(points.xyz, near)
     if not here.any():
-        return points.take(here), least_m
+        return points.take(here), 0, least_m
     heights = points.xyz @ frame.frame_from_world[:, 2] + frame.origin[2]
     reach_m = min(reach(float(heights[here].min()), float(heights.max())), reach_m)
-    return standing(points, grown(given.bounds, reach_m + cell_m)), reach_m
+    # those farther off fall on no cell: to leave them is cheaper than to copy the others
+    return points, len(numbers_within(points.xyz, grown(given.bounds, reach_m + cell_m))), reach_m
 
 
 def _filled(fused: Fused, core: Grid, p: FuseParameters) -> Float32Array:
