@@ -1,12 +1,13 @@
 """Pieces of outlines found in runs over synthetic towns: how far from the true walls do they stand, by what they are known by?
 
-    python benchmarks/outline_pieces.py RUN TRUTH [RUN TRUTH ...]          # TRUTH: what `cityflow synth` made
+    python benchmarks/outline_pieces.py RUN TRUTH [RUN TRUTH ...] [--no-images]          # TRUTH: what `cityflow synth` made
 
 Outlines are found again, in the surfaces and façades of each run, so that two states of the program can be held against each other without
 matching. A piece is a straight edge of at least 1 m that touches no other outline, away from the end of the survey. Its distance is the median of
 those of places along it from the nearest true wall: positive outside. Wrongly inside is what stands more than 0.2 m inside the true walls. IoU: of
 all that was surveyed, its rim of 1 m left out. Gaps: pairs of units of different blocks that stand less than 2.5 m apart, and are found; parted is a
-pair in two outlines that do not touch.
+pair in two outlines that do not touch. Cut: true blocks of which two outlines that do not touch have a tenth and 10 m² each. `--no-images`: gaps are not
+looked for in images.
 """
 
 from __future__ import annotations
@@ -14,15 +15,16 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import shapely
 from scipy import ndimage
 
-from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.building import Outline
+from cityflow.core.grid import Bounds, Grid
 from cityflow.evaluation.outlines import united_by_adjacency
 from cityflow.flow.store import Store
 from cityflow.geometry.straight_edges import known_part, wall_edges
@@ -30,6 +32,7 @@ from cityflow.handover.wall_point_files import read_walls
 from cityflow.io.rasters.surface_dataset import grids_of, read_layers
 from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.from_heights.regions import cells_polygon
+from cityflow.outlines.from_images.photographed import Photographed
 from cityflow.outlines.from_walls.wall_lines import WallLineParameters
 from cityflow.outlines.noded.adjacency import party_edges
 from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
@@ -37,13 +40,14 @@ from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.stages.synth.synthetic_survey import SynthParameters, town_of
 from cityflow.synthetic.town import Town
 from drawn_town import table
-from narrow_gaps_images import owner_of
+from narrow_gaps_images import blocks_cut, owner_of
+from texture_world import images_of
 
 SHORTEST_M, STEP_M, RIM_M, END_M = 1.0, 0.25, 1.0, 2.5
 OFF_M, INSIDE_M, GAP_M = 0.5, 0.2, 2.5
 HEAD = (
     "run", "known by", "pieces", "m", "off m, median", "off > 0.5 m %", "outside > 0.5 m %", "wrongly inside %", "IoU", "missed m²", "beyond m²",
-    "gaps parted", "s",
+    "gaps parted", "cut", "s",
 )  # fmt: skip
 
 
@@ -61,6 +65,18 @@ class Pieces:
         percents = [f"{100 * np.mean(s):.1f}" if len(off) else "" for s in shares]
         median = f"{np.median(np.abs(off)):.3f}" if len(off) else ""
         return [f"{len(off)}", f"{self.length[chosen].sum():.0f}", median, *percents]
+
+
+def seen_in_images(run: Path, truth: Path) -> Photographed:
+    """The images of a run over a synthetic survey."""
+    group = str(run / "surface.zarr")
+    whole = grids_of(group)[0]
+
+    def heights(bounds: Bounds) -> tuple[Grid, Float32Array]:
+        grid, layers = read_layers(group, whole, bounds, ["dsm_filled"])
+        return grid, layers["dsm_filled"]
+
+    return Photographed(sorted(images_of(truth / "catalog", run), key=lambda c: c.image.name), heights)
 
 
 def surface_of(run: Path) -> tuple[RegionSurface, FindParameters]:
@@ -126,13 +142,22 @@ def gaps_parted(outlines: list[Outline], town: Town) -> str:
     return f"{told}; not {', '.join(f'{w:.2f}' for w in left)}" if left else told
 
 
+def cut_of(outlines: list[Outline], town: Town) -> int:
+    """True blocks that are wrongly parted."""
+    true = united_by_adjacency([u.wall_outline for u in town.units])
+    return blocks_cut(united_by_adjacency([o.polygon for o in outlines]), true)
+
+
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("runs", type=Path, nargs="+")
+    options.add_argument("--no-images", action="store_true")
     asked = options.parse_args()
     rows, every = [], []
     for run, truth in zip(asked.runs[::2], asked.runs[1::2], strict=True):
         surface, parameters = surface_of(run)
+        if not asked.no_images:
+            surface = replace(surface, photographed=seen_in_images(run, truth))
         made = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
         town = town_of(made.seed, made.whole_town)
         walls = shapely.union_all([shapely.buffer(u.wall_outline, 0.01) for u in town.units])
@@ -144,16 +169,23 @@ def main() -> None:
         rows += _rows(
             str(run),
             found,
-            [f"{iou:.4f}", f"{missed:.1f}", f"{beyond:.1f}", gaps_parted(outlines, town), f"{seconds:.1f}"],
+            [
+                f"{iou:.4f}",
+                f"{missed:.1f}",
+                f"{beyond:.1f}",
+                gaps_parted(outlines, town),
+                f"{cut_of(outlines, town)}",
+                f"{seconds:.1f}",
+            ],
         )
     whole = Pieces(*(np.concatenate([getattr(p, f) for p in every]) for f in ("by_facade", "length", "off")))
-    table("Pieces of found outlines and true walls", HEAD, [*rows, *_rows("all", whole, [""] * 5)])
+    table("Pieces of found outlines and true walls", HEAD, [*rows, *_rows("all", whole, [""] * 6)])
 
 
 def _rows(name: str, found: Pieces, more: list[str]) -> list[list[str]]:
     return [
-        [name, "façade", *found.told(found.by_facade), *[""] * 5],
-        [name, "rim alone", *found.told(~found.by_facade), *[""] * 5],
+        [name, "façade", *found.told(found.by_facade), *[""] * 6],
+        [name, "rim alone", *found.told(~found.by_facade), *[""] * 6],
         [name, "both", *found.told(found.length > 0), *more],
     ]
 

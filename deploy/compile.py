@@ -35,6 +35,7 @@ from cityflow.handover.depth_map_files import decode_depth_map, encode_depth_map
 from cityflow.io.points.las_image_points import write_image_points
 from cityflow.matching.match import MatchParameters, match
 from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
+from cityflow.outlines.from_images.photographed import Photographed
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.outlines.under_eaves.facades_inside import SeenHouses
 from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
@@ -171,7 +172,8 @@ def find_house() -> None:
     walls = WallPoints(facades, normals, np.full(len(facades), 0.05, np.float32), np.full(len(facades), 3, np.uint8))
     for surface in (
         RegionSurface(grid, ndsm, np.where(ndsm > 2, 6, 2).astype(np.uint8), np.zeros(grid.shape, bool), grid.bounds,
-                      np.ones(grid.shape, np.uint32), walls, np.zeros(grid.shape, np.float32), highest=False),
+                      np.ones(grid.shape, np.uint32), walls, np.zeros(grid.shape, np.float32), highest=False,
+                      photographed=Photographed(photographs(), lambda _: (grid, ndsm))),
         RegionSurface(scanned.grid, scanned.ndsm, scanned.klass, scanned.holes, grid.bounds, scanned.count.astype(np.uint32), None, scanned.dtm),
     ):  # fmt: skip
         found = find_outlines(surface, FindParameters())

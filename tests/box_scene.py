@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -20,6 +20,7 @@ class BoxScene:
     """Ground at height 0 and boxes on it."""
 
     seed: int = 1
+    boxes: FloatArray = field(default_factory=lambda: BOXES)
 
     def depths(self, image: OrientedImage, rays: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Depth per ray and the number of the face: 0 ground, then roof and four walls of each box."""
@@ -27,7 +28,7 @@ class BoxScene:
         with np.errstate(divide="ignore", invalid="ignore"):
             best = (0.0 - origin[2]) / rays[..., 2]
             face = np.zeros(best.shape, np.int64)
-            for n, (x0, y0, x1, y1, top) in enumerate(BOXES):
+            for n, (x0, y0, x1, y1, top) in enumerate(self.boxes):
                 for k, (axis, at) in enumerate([(2, top), (0, x0), (0, x1), (1, y0), (1, y1)]):
                     t = (at - origin[axis]) / rays[..., axis]
                     xyz = origin + t[..., None] * rays

@@ -244,6 +244,10 @@ class ImageSurvey:
         names, ends = self._shown.names[view[kept]].tolist(), np.searchsorted(box[kept], np.arange(len(bounds) + 1))
         return [names[begin:end] for begin, end in pairwise(ends.tolist())]
 
+    def images_over(self, bounds: Bounds) -> list[str]:
+        """Names of the images that show ground there, sorted."""
+        return sorted(v.name for v in self._views_over(bounds))
+
     def _views_over(self, bounds: Bounds) -> list[View]:
         return [self._seen.views[i] for i in self._seen.over(bounds).tolist()]
 

@@ -17,6 +17,7 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import BRIDGE, HIGH_VEGETATION, WATER
 from cityflow.outlines.from_heights.standing import VEHICLE_AREA_M2, standing
+from cityflow.outlines.from_images.photographed import Photographed
 
 CLOSING_M = 0.5
 """Gaps in a region narrower than this are closed: a cell of the usual surface; set by hand on synthetic towns."""
@@ -57,6 +58,7 @@ class RegionSurface:
     walls : points on façades in the same area, or None if not searched
     dtm : (rows, cols) float32, terrain, metres; None if not requested
     highest : cells hold their highest point, as those of LiDAR do; False: a median of what lies in them, as of images
+    photographed : the images that its roofs are looked at in, or None if not searched
     """
 
     grid: Grid
@@ -68,6 +70,7 @@ class RegionSurface:
     walls: WallPoints | None = None
     dtm: Float32Array | None = None
     highest: bool = True
+    photographed: Photographed | None = None
 
 
 @dataclass(frozen=True, slots=True)

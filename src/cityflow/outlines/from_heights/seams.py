@@ -1,4 +1,4 @@
-"""Gaps too narrow for the cells of a surface: straight lines through a region along which the ground, or façades, show from border to border.
+"""Gaps too narrow for the cells of a surface: straight lines through a region along which the ground, façades or images show them from border to border.
 
 A cell keeps its highest point, so a gap of a metre is a broken chain of low cells. Along a straight line they add up: between two blocks most
 cells are far below what the roofs on both sides go on to, and some are deep; on a roof, a valley or between dormers they are not.
@@ -17,6 +17,7 @@ from cityflow.core.grid import Grid
 from cityflow.outlines.from_heights.facade_seams import Facades, facade_seams
 from cityflow.outlines.from_heights.regions import Region, RegionSurface
 from cityflow.outlines.from_heights.seam_lattice import LEAST_SHARE, Lattice, Seam, roofs_beside, runs
+from cityflow.outlines.from_images.image_seams import image_seams
 
 DROP_M = 1.0
 """A cell is low where it lies deeper below both."""
@@ -48,6 +49,8 @@ def parts_of(region: Region, surface: RegionSurface, orientations: Sequence[floa
     if surface.walls is not None and surface.dtm is not None:
         facades = Facades.over(surface.walls, own, surface.dtm[window])
         seams += facade_seams(mask, ndsm, grid.cell, directions, facades)
+    if surface.photographed is not None and region.area_m2 >= 2.0 * least_m2:
+        seams += image_seams(mask, own, directions, surface.photographed)
     cut = _parted(mask, seams, grid.cell, least_m2)
     if (cut == mask).all():
         return [region]

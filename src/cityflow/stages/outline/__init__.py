@@ -12,10 +12,11 @@ from cityflow.core.edits import edits_digest
 from cityflow.core.grid import Tile
 from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.store import Store
-from cityflow.flow.task import Json, Outcome, Task
+from cityflow.flow.task import Json, Outcome, Task, digest_of
 from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.colour_images import ColourInputs
 from cityflow.handover.field_types import EditsField
 from cityflow.handover.outline_lines import Standing, decode_all, entries, lines, owned
 from cityflow.handover.outline_spool import decode_plain
@@ -28,8 +29,9 @@ from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.stages.outline import given_walls as outline_walls
 from cityflow.stages.outline import needs
-from cityflow.stages.outline.found_surface import surface_of_regions
-from cityflow.survey.city import City
+from cityflow.stages.outline.found_surface import photographed, surface_of_regions
+from cityflow.survey.city import INGEST, City
+from cityflow.survey.colours import ColourSources, colour_sources
 from cityflow.survey.given_outlines import NodedFile
 from cityflow.survey.recipe import Recipe, draft_by
 from cityflow.survey.results import Results
@@ -38,7 +40,7 @@ from cityflow.survey.survey import Survey
 from cityflow.survey.survey_parameters import OutlineParameters
 
 NAME = "outline"
-VERSION = 12
+VERSION = 13
 OUTLINES = "outlines.jsonl"
 
 
@@ -78,6 +80,7 @@ class FoundInputs(TaskInputs):
     walls : RUN-relative paths of façades of images; None where nobody sees walls;  blind : name → why these are not whole
     points : index pieces of a laser, of cells of `index_cell_m`
     edits : those that act here
+    colours : images of the surface, in which gaps between roofs are looked for; None where there are none
     """
 
     tile: Tile
@@ -88,6 +91,7 @@ class FoundInputs(TaskInputs):
     points: tuple[str, ...]
     index_cell_m: float
     edits: EditsField
+    colours: ColourInputs | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,29 +181,35 @@ class FoundRecipe(Recipe):
 
     Attributes
     ----------
-    given : without façades;  sees_walls : whether these are asked for
-    others : inputs that are neither surfaces nor façades
+    given : without façades and images;  sees_walls : whether these are asked for
+    others : inputs that are neither surfaces nor façades nor images;  colours : the images
     """
 
     given: FoundInputs
     sees_walls: bool
     others: Mapping[str, str]
+    colours: ColourSources
 
     @property
     def reads(self) -> list[Node]:
         stages = ("surface", "walls") if self.sees_walls else ("surface",)
-        return [(stage, t) for stage in stages for t in self.given.tiles]
+        images = [(INGEST, n) for n in self.colours.digests]
+        return [*((stage, t) for stage in stages for t in self.given.tiles), *images]
 
     def task(self, results: Results) -> Task:
         given, seen = self.given, self.given.tiles
         if self.sees_walls:
             walls = {p: d for t in seen for p, d in results.outputs_of("walls", t).items()}
             blind = {f"walls {t}": why for t in seen if (why := results.reason_of("walls", t))}
-            given = replace(given, walls=tuple(walls), blind=blind)
+            colours = self.colours.inputs(results, self.colours.digests)
+            given = replace(given, walls=tuple(walls), blind=blind, colours=colours)
+            images = {f"image {n}": results.digest_of(INGEST, n) for n in colours.names}
+            images["views"] = digest_of(self.colours.digests_of(colours.names))
         else:
-            walls, blind = {}, {}
+            walls, blind, images = {}, {}, {}
         surfaces = {t: results.digest_of("surface", t) for t in seen}
-        return replace(self.base, inputs={**surfaces, **walls, **blind, **self.others}, arguments=as_json(given))
+        inputs = {**surfaces, **walls, **blind, **images, **self.others}
+        return replace(self.base, inputs=inputs, arguments=as_json(given))
 
 
 def found_recipe(survey: Survey, name: str) -> FoundRecipe:
@@ -217,10 +227,13 @@ def found_recipe(survey: Survey, name: str) -> FoundRecipe:
         survey.lattice.tiles[name], tuple(seen), survey.surfaces, None, {}, tuple(points), survey.parameters.tiles.index_cell_m,
         survey.edits.within(around),
     )  # fmt: skip
+    colours, views = colour_sources(survey, needs.images_of(survey, name))
     base = FOUND_KIND.task(
         name, parameters=as_json(FoundParameters(asked.found, asked.walls_in)), limits=survey.limits(NAME),
+        shared={views.path: views.text} if survey.sees_walls else {},
     )  # fmt: skip
-    return FoundRecipe(base, given, survey.sees_walls, {**points, **unread, **({"edits": edits} if edits else {})})
+    others = {**points, **unread, **({"edits": edits} if edits else {})}
+    return FoundRecipe(base, given, survey.sees_walls, others, colours)
 
 
 def _draft(city: City, name: str) -> Task | None:
@@ -233,6 +246,8 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
     """Outlines of the building regions whose representative point the tile owns."""
     given, parameters = task.arguments_as(FoundInputs), task.parameters_as(FoundParameters)
     region = surface_of_regions(workspace.store, given.surfaces, given.walls, given.tile, parameters.found)
+    if given.colours is not None:
+        region = replace(region, photographed=photographed(workspace.store, given.surfaces, given.colours))
     roofs = find_outlines(region, parameters.found)
     found = found_walls_in(roofs, _seen(workspace.store, given, roofs, region), parameters.walls_in)
     kept, refused = apply_to_outlines(found, given.edits)
@@ -272,7 +287,7 @@ STAGE = Stage(
     unit="ground tile",
     place=Place.TILE,
     text=(
-        "noded given outlines, or nDSM, classes and façades; LiDAR points around them → outlines of the tile, those whose representative point it "
+        "noded given outlines, or nDSM, classes, façades and images; LiDAR points around them → outlines of the tile, those whose representative point it "
         "contains; walls moved in from the roof edge where façades are known inside"
     ),
     kinds=(GIVEN_KIND, WALLED_KIND, FOUND_KIND),

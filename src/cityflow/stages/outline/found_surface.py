@@ -6,12 +6,16 @@ from collections.abc import Sequence
 
 import shapely
 
-from cityflow.core.grid import Bounds, Tile
+from cityflow.core.arrays import Float32Array
+from cityflow.core.grid import Bounds, Grid, Tile
 from cityflow.flow.store import Store
+from cityflow.handover.colour_images import ColourInputs
 from cityflow.handover.surface_windows import read_windows
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_point_files import read_walls
 from cityflow.outlines.find_outlines import FindParameters, RegionSurface, bounds_of_regions, is_seen_whole
+from cityflow.outlines.from_images.photographed import Photographed
+from cityflow.survey.surface_source import ZARR
 
 
 def surface_of_regions(
@@ -31,6 +35,16 @@ def surface_of_regions(
     parts = [near, *bounds_of_regions(wide, parameters)]
     x_min, y_min, x_max, y_max = shapely.total_bounds([shapely.box(*b) for b in parts]).tolist()
     return _within(store, surfaces, walls, tile, (x_min, y_min, x_max, y_max))
+
+
+def photographed(store: Store, surfaces: Surfaces, colours: ColourInputs) -> Photographed:
+    """The images of a surface, by name; it is read where it is asked for."""
+
+    def heights(bounds: Bounds) -> tuple[Grid, Float32Array]:
+        grid, layers = read_windows(store, ZARR, surfaces.fine, bounds, ["dsm_filled"])
+        return grid, layers["dsm_filled"]
+
+    return Photographed(sorted(colours.opened(store), key=lambda c: c.image.name), heights)
 
 
 def _within(store: Store, surfaces: Surfaces, walls: Sequence[str] | None, tile: Tile, bounds: Bounds) -> RegionSurface:

@@ -22,7 +22,15 @@ def sources(city: City, name: str) -> Iterable[Node]:
     seen = [("walls", t) for t in near] if survey.sees_walls else []
     reach = outline_walls.reach_of_found(survey, name)
     files = survey.lidar.assets_over(reach) if reach else []
-    return [*(("surface", t) for t in near), *seen, *((INGEST, f.name) for f in files)]
+    images = [(INGEST, n) for n in images_of(survey, name)]
+    return [*(("surface", t) for t in near), *seen, *((INGEST, f.name) for f in files), *images]
+
+
+def images_of(survey: Survey, name: str) -> list[str]:
+    """Names of the images that show the ground as far as the outlines of a tile may reach, sorted; none where nobody looks for façades."""
+    if not survey.sees_walls:
+        return []
+    return survey.images.images_over(survey.lattice.tiles[name].buffered(survey.parameters.outline.found.widest_m))
 
 
 def noding(city: City, name: str) -> Iterable[Node]:
