@@ -127,6 +127,12 @@ def test_no_figure_that_is_worse_makes_a_unit_better(name: str, matched: bool) -
     assert judgement_of(best).verdict is Verdict.GOOD
 
 
+def test_few_faces_are_no_reason_and_many_are() -> None:
+    spoilt = replace(BEST, matched=True, worst=0.3, error_m=0.15)
+    assert "many faces" not in judgement_of(replace(spoilt, faceted=0.2)).reason
+    assert "many faces" in judgement_of(replace(spoilt, faceted=0.9)).reason
+
+
 def ground_up_to(outline: Polygon, x_end: float) -> HeightRaster:
     """Terrain around an outline, surveyed as far as a line."""
     x_min, y_min, x_max, y_max = outline.bounds

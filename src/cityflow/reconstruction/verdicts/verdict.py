@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cityflow.core.verdicts import Verdict
 from cityflow.reconstruction.verdicts.figures import Figures
@@ -34,6 +34,8 @@ class Judgement:
 NO_MODEL = "no method gave a model"
 MOST_REASONS, LEAST_COST = 3, 0.7
 """So many reasons are told, of those that lower the logit by this much; set by hand."""
+USUAL_FACETED = 0.35
+"""Median of truly good units of matched surfaces. No roof is without faces: only what goes beyond it is told as a reason."""
 LEAST_SOUND = 1e-6
 """A fault is no surer; rounding."""
 OF_SURVEY_END = frozenset({"unseen", "missed", "misplaced", "astray", "beside"})
@@ -85,7 +87,11 @@ def _costs_of_terms(figures: Figures, model: Logistic) -> dict[str, float]:
 
 def reasons_of(figures: Figures, without: Collection[str] = ()) -> str:
     """Reasons against a model, as text, the weightiest first; at least one, unless some figures are left out."""
-    costs = costs_of(figures, calibration_of(figures).good)
+    model = calibration_of(figures).good
+    costs = costs_of(figures, model)
+    costs["faceted"] = costs.get("faceted", 0.0) - costs_of(replace(figures, faceted=USUAL_FACETED), model).get(
+        "faceted", 0.0
+    )
     ranked = sorted(WORDS.keys() - without, key=lambda name: (-costs.get(name, 0.0), name))
     told = [name for name in ranked if costs.get(name, 0.0) >= LEAST_COST][:MOST_REASONS]
     return "; ".join(WORDS[name](figures) for name in told or ranked[: not without])
