@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from cityflow.core.camera import FISHEYE, Camera, OrientedImage
-from cityflow.orientation.views import REACH, View, footprint, footprints, gsd, sees
+from cityflow.orientation.views import REACH, View, footprint, footprints, gsd, sees, sees_each
 from orientation.regular_flight import CAMERA, looking
 
 NADIR = looking((0, 0, -1), (0, 1, 0))
@@ -81,3 +81,14 @@ def test_many_footprints_are_those_of_each() -> None:
     views = [view(NADIR), view(tilted(45), other), view(tilted(88)), view(tilted(20))]
     together = footprints(views)
     assert all(a.equals(footprint(v)) for a, v in zip(together, views, strict=True))
+
+
+def test_many_images_see_what_each_of_them_does() -> None:
+    bent = replace(CAMERA, distortion=(-0.4, 0.1, 0.001, 0.0))
+    wide = Camera(1500, 1000, 600.0, 600.0, 750.0, 500.0, (0.01, 0.0, 0.0, 0.0), FISHEYE)
+    images = [view(tilted(t), camera).image for t in (5.0, 20.0, 45.0, 88.0) for camera in (CAMERA, bent, wide)]
+    xyz = np.random.default_rng(3).uniform([0.0, 1000.0, -20.0], [2000.0, 3000.0, 500.0], (5000, 3))
+    seen = sees_each(images, xyz)
+    assert seen.any(axis=1).all()
+    assert np.array_equal(seen, [sees(image, xyz) for image in images])
+    assert sees_each([], xyz).shape == (0, 5000)

@@ -27,7 +27,7 @@ from cityflow.orientation.reference_images import (
     choose_reference_images,
 )
 from cityflow.orientation.thinning import surplus_reference_images
-from cityflow.orientation.views import View, footprints, gsd, sees
+from cityflow.orientation.views import View, footprints, gsd, sees_each
 
 MOST_SAMPLES = 48
 """Cells of a base at which its partners are judged; set by hand."""
@@ -263,8 +263,8 @@ class FlightPlan:
                 known[k] = cells.tobytes(), self._pair(k, cells)
             pairing = known[k][1]
             middle = self._middles(cells, self.around.views[k].heights[0])
-            seen = [sees(self.around.views[j].image, middle) for j in pairing.chosen]
-            useless[part] = ~np.any(seen, axis=0) if seen else True
+            seen = sees_each([self.around.views[j].image for j in pairing.chosen], middle)
+            useless[part] = ~np.any(seen, axis=0)
         return useless
 
     def _pairing(self, k: int) -> Pairing:

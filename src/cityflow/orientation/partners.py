@@ -16,7 +16,7 @@ from pydantic import Field
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.parameters import Parameters
-from cityflow.orientation.views import View, field_of_view, footprints, sees
+from cityflow.orientation.views import View, field_of_view, footprints, sees_each
 
 ANOTHER_SIDE_DEG = 12.0
 """Partners whose parallaxes differ by this many degrees hide different ground to a good part; set by hand, as are the next two."""
@@ -196,7 +196,7 @@ def _pairs(around: Neighbourhood, reference: int, others: IntArray, xyz: FloatAr
     angle = np.degrees(np.arccos(np.clip(np.sum(rays * own, axis=2), -1, 1)))
     parallax = across / np.maximum(np.linalg.norm(across, axis=2), 1e-12)[..., None] * angle[..., None]
     scale = np.interp(_octaves(around, reference, others, far, near) / np.log2(LARGEST_SCALE_RATIO), [0.25, 1], [1, 0])
-    seen = np.array([sees(around.views[int(k)].image, xyz) for k in others])
+    seen = sees_each([around.views[k].image for k in others.tolist()], xyz)
     return parallax, angle_quality(angle) * scale * seen
 
 

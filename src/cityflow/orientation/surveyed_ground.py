@@ -18,7 +18,7 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Grid
 from cityflow.core.ground_cells import GroundCells
-from cityflow.orientation.views import View, footprints, sees
+from cityflow.orientation.views import View, footprints, sees, sees_each
 
 MOST_TILT = np.radians(40.0)
 """Images look down on the ground that look no flatter than this; set by hand, as are those below."""
@@ -50,7 +50,7 @@ def images_of_ground(matched: Iterable[MatchedGround], grid: Grid, heights: Floa
         x, y = np.meshgrid(grid.x_centres()[cols], grid.y_centres()[rows])
         row, col = np.nonzero(one.cells.holds(x.ravel(), y.ravel()).reshape(x.shape))
         xyz = np.column_stack([x[row, col], y[row, col], heights[rows, cols][row, col]])
-        others = sum((sees(partner, xyz).astype(np.int64) for partner in one.partners), np.zeros(len(xyz), np.int64))
+        others = sees_each(one.partners, xyz).sum(axis=0, dtype=np.int64)
         count = np.where(sees(one.base, xyz) & (others > 0), 1 + others, 0)
         np.maximum.at(most, (row + rows.start, col + cols.start), count)
     return most

@@ -87,7 +87,25 @@ def sees(image: OrientedImage, xyz: FloatArray, margin_px: float = 0.0) -> BoolA
 
     Points far outside, which the polynomials of a distortion could fold back into the image, are told by their direction.
     """
-    local = image.in_camera(xyz)
+    return _in_frame(image, image.in_camera(xyz), margin_px)
+
+
+def sees_each(images: Sequence[OrientedImage], xyz: FloatArray) -> BoolArray:
+    """`sees` of many images: (m, n) for (n, 3) world points, computed camera by camera."""
+    seen = np.zeros((len(images), len(xyz)), bool)
+    by_camera: dict[Camera, list[int]] = {}
+    for i, image in enumerate(images):
+        by_camera.setdefault(image.camera, []).append(i)
+    for members in by_camera.values():
+        centres = np.array([images[i].centre for i in members])
+        rotations = np.array([images[i].rotation for i in members])
+        local = (xyz - centres[:, None, :]) @ rotations.transpose(0, 2, 1)
+        seen[members] = _in_frame(images[members[0]], local, 0.0)
+    return seen
+
+
+def _in_frame(image: OrientedImage, local: FloatArray, margin_px: float) -> BoolArray:
+    """Which (..., 3) points of the camera frame lie in the image; of the image, only its camera is asked."""
     depth = np.where(local[..., 2] > 1e-9, local[..., 2], np.nan)
     normal = local[..., :2] / depth[..., None]
     low, high = _extent(image.camera)

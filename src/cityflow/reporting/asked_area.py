@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import shapely
@@ -34,13 +35,19 @@ def surveyed_share(survey: Survey, asked: BaseGeometry) -> float | None:
     return surveyed / inside if inside else None
 
 
-def tile_entries(records: CurrentRecords) -> dict[str, list[dict[str, Any]]]:
-    """Tile → what it owns: id, point inside and file of each unit, or of each outline where those have not been split yet."""
-    owners = {**{r.unit: r for r in records.of(outline.NAME)}, **{r.unit: r for r in records.of(units.NAME)}}
-    return {tile: record.result.get("units", []) for tile, record in sorted(owners.items())}
+def tile_entries(records: CurrentRecords) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+    """Tile → what it owns: id, point inside and file of each unit, or of each outline where those have not been split yet; sorted.
+
+    One tile after the other: of a million buildings, all together are gigabytes.
+    """
+    split = frozenset(records.units(units.NAME))
+    for tile in sorted({*split, *records.units(outline.NAME)}):
+        for record in records.some(units.NAME if tile in split else outline.NAME, [tile]):
+            yield tile, record.result.get("units", [])
 
 
 def units_beyond(records: CurrentRecords, area: Area) -> list[str]:
     """Units that were not asked for: they are modelled for what they share with those of the area of interest, or hide of them."""
-    entries = [] if area.is_everywhere else [e for owned in tile_entries(records).values() for e in owned]
-    return sorted({e["id"] for e in entries if not area.holds(tuple(e["point"]))})
+    if area.is_everywhere:
+        return []
+    return sorted({e["id"] for _, owned in tile_entries(records) for e in owned if not area.holds(tuple(e["point"]))})

@@ -185,7 +185,7 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         crs="local metric frame" if reference.is_local else f"{reference.code} ({reference.name})",
         vertical_datum=vertical_datum(reference),
         units=city.units,
-        stages=tuple(_stage(stage, sorted(records.rows(stage), key=lambda row: row.unit)) for stage in records.stages()),
+        stages=tuple(stage_row(stage, sorted(records.rows(stage), key=lambda row: row.unit)) for stage in records.stages()),
         problems=(*city.problems, *(p for stage in records.stages() if stage not in unit_stages for p in problems_of(records, stage))),
         products=tuple(_products(run)),
         sources=(Source(run.catalog.title, run.catalog.licence, run.catalog.attribution),),
@@ -240,7 +240,8 @@ def _placing(run: Prepared, survey: Survey) -> dict[str, str | float]:
     return {} if globe is None else dict(globe.placing.as_metadata())
 
 
-def _stage(stage: str, records: Sequence[Row]) -> StageRow:
+def stage_row(stage: str, records: Sequence[Row]) -> StageRow:
+    """Figures of the tasks of a stage, at least one."""
     seconds = np.array([r.seconds for r in records])
     count = Counter(r.status for r in records)
     return StageRow(

@@ -93,7 +93,7 @@ class _Outlines:
 
 def _outlines(run: Prepared, records: CurrentRecords) -> _Outlines:
     found = _Outlines({}, {}, frozenset(units_beyond(records, run.area)))
-    for tile, entries in tile_entries(records).items():
+    for tile, entries in tile_entries(records):
         for path in sorted({entry["path"] for entry in entries}):
             for standing in decode_all(run.store.read_bytes(path)):
                 found.rings[standing.outline.id] = rings_of(standing.outline.polygon)

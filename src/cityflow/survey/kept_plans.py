@@ -1,4 +1,4 @@
-"""Flight plans that are kept: found once from the poses, which takes 10 ms an image and 10 ms a tile, and then read."""
+"""Flight plans that are kept: found once from the poses, which takes 5 ms an image with the tiles under it, and then read."""
 
 from __future__ import annotations
 
