@@ -119,6 +119,8 @@ class Scheduler:
         self.steps.left_out(spent)
         return found
 
+    def cancel(self, *_: Any, **__: Any) -> None: ...
+
     def submit(self, function: Callable[..., Any], *given: Any, **_: Any) -> Made:
         """What the driver has a worker do for itself, at once; what comes back is pickled, too."""
         begun = time.process_time()
@@ -136,7 +138,7 @@ class Scheduler:
                 records = [b.record for b in before]
                 assert all(records), "answered before what it awaits"
                 task = pickle.loads(task.recipe)(records)
-            record = _true_size(replace(answer(task), attempt=attempt))
+            record = true_size(replace(answer(task), attempt=attempt))
             self.digests[record.stage + "-" + record.unit] = record.digest
             self.tasks[record.stage] += 1
             path = record_path(record.stage, record.unit, attempt)
@@ -174,7 +176,7 @@ class Completed:
         return [(future, pickle.loads(data)) for future, data in found]
 
 
-def _true_size(record: Record) -> Record:
+def true_size(record: Record) -> Record:
     """With a result as large as a real one, and sizes of the files."""
     figures = {f"figure_{k}": k / 7 for k in range(RESULT_BYTES.get(record.stage, 100) // 30)}
     return replace(
@@ -193,19 +195,24 @@ def run(side: int, steps: Steps, profiled: bool) -> Scheduler:
     print(
         f"\n{side**2 * 400} buildings, {side**2} tiles, {len(catalog.images)} images; flight plan {time.process_time() - begun:.1f} s"
     )
+    with tempfile.TemporaryDirectory() as folder, Ledger.open(store := Store.open(folder)) as ledger:
+        return driven(source, store, ledger, steps, profiled)
+
+
+def driven(source: CitySource, store: Store, ledger: Ledger, steps: Steps, profiled: bool) -> Scheduler:
+    """All tasks of the source that are not done, and what they cost."""
     profile = cProfile.Profile()
     gc.collect()
-    before_mb = _resident_mb()
-    with tempfile.TemporaryDirectory() as folder, Ledger.open(store := Store.open(folder)) as ledger:
-        scheduler = Scheduler(store, steps)
-        vars(submission)["Completed"] = Completed
-        if profiled:
-            profile.enable()
-        begun, clock = time.process_time(), time.perf_counter()
-        run_tasks(source, scheduler, store, ledger)  # type: ignore[arg-type]
-        spent, clock = time.process_time() - begun - scheduler.others_s, time.perf_counter() - clock
-        if profiled:
-            profile.disable()
+    before_mb = resident_mb()
+    scheduler = Scheduler(store, steps)
+    vars(submission)["Completed"] = Completed
+    if profiled:
+        profile.enable()
+    begun, clock = time.process_time(), time.perf_counter()
+    run_tasks(source, scheduler, store, ledger)  # type: ignore[arg-type]
+    spent, clock = time.process_time() - begun - scheduler.others_s, time.perf_counter() - clock
+    if profiled:
+        profile.disable()
     tasks = scheduler.tasks.total()
     print(
         f"{tasks} tasks, {spent:.1f} s of the driver, {1e3 * spent / tasks:.3f} ms a task; beside it {scheduler.others_s:.0f} s, clock {clock:.0f} s"
@@ -213,7 +220,7 @@ def run(side: int, steps: Steps, profiled: bool) -> Scheduler:
     print(
         f"of which workers take {scheduler.joins_s:.1f} s to join records, {1e3 * scheduler.joins_s / tasks:.3f} ms a task"
     )
-    held = _resident_mb() - before_mb
+    held = resident_mb() - before_mb
     print(f"held at the end {held:.0f} MB, {1e3 * held / scheduler.tasks['reconstruct']:.1f} kB a modelled building")
     sizes = {s: round(scheduler.sent_bytes[s] / n) for s, n in scheduler.tasks.items()}
     print("tasks " + ", ".join(f"{s} {n}" for s, n in scheduler.tasks.items()))
@@ -228,7 +235,7 @@ def run(side: int, steps: Steps, profiled: bool) -> Scheduler:
     return scheduler
 
 
-def _resident_mb() -> float:
+def resident_mb() -> float:
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1]) * resource.getpagesize() / 1e6
 

@@ -23,7 +23,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -46,7 +46,7 @@ from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import DESCRIPTION, describe_run
 from cityflow.runs.settings import Workflow
 from cityflow.survey.area import Area
-from cityflow.workflow.recorded import recorded
+from cityflow.workflow.recorded import LAST, recorded
 from cityflow.workflow.status import standing_of
 from open_run import ENDPOINT, server
 from rerun_one import answered
@@ -130,7 +130,7 @@ def true_records() -> dict[str, Record]:
     box = (X, Y, X + TILE_M, Y + TILE_M)
     source, found = CitySource(survey(box), Workflow(name="city").city, Area(shapely.box(*box))), dict[str, Record]()
     for record in answered(source):
-        found[record.stage] = city_driver._true_size(record)
+        found[record.stage] = city_driver.true_size(record)
     return found
 
 
@@ -148,6 +148,8 @@ def make(town: Town, folder: str) -> None:
             written += [len(line.text) for line in waiting[:SEGMENT]]
             write_segment(wanted.store, waiting[:SEGMENT])
             del waiting[:SEGMENT]
+    # what ends a run
+    waiting += Template(replace(records["export"], unit=LAST[1]), LAST[1]).lines([LAST[1]], random)
     if waiting:
         written += [len(line.text) for line in waiting]
         write_segment(wanted.store, waiting)

@@ -186,6 +186,17 @@ def look(wanted: Prepared, _unit: str) -> tuple[Timed, list[str]]:
 WAYS = {"look": look, "part": part, "whole": whole}
 
 
+def show(way: str, told: Timed, ran: list[str]) -> None:
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+    wall, cpu = (sum(part) for part in zip(*told.values(), strict=True))
+    print(
+        f"{way}: {wall:.2f} s, {cpu:.2f} s of processor time; {len(ran)} tasks ran; peak so far {peak:.0f} MB",
+        flush=True,
+    )
+    for name, (wall, cpu) in told.items():
+        print(f"  {name:<28} {wall:8.2f} s {cpu:8.2f} s")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--side", type=int, nargs="+", default=[3, 6], help="ground tiles along an edge of the town")
@@ -210,14 +221,7 @@ def main() -> None:
                     profile.enable()
                 told, ran = WAYS[way](wanted, unit)
                 profile.disable()
-                peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
-                wall, cpu = (sum(part) for part in zip(*told.values(), strict=True))
-                print(
-                    f"{way}: {wall:.2f} s, {cpu:.2f} s of processor time; {len(ran)} tasks ran; peak so far {peak:.0f} MB",
-                    flush=True,
-                )
-                for name, (wall, cpu) in told.items():
-                    print(f"  {name:<28} {wall:8.2f} s {cpu:8.2f} s")
+                show(way, told, ran)
                 if given.profile:
                     pstats.Stats(profile).sort_stats("cumulative").print_stats(45)
 

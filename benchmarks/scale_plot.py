@@ -1,4 +1,5 @@
-"""Draws what `city_scale.py`, `city_driver.py` and `rerun_one.py` have printed, log-log: ``python benchmarks/scale_plot.py PRINTED … --out FILE.png``.
+"""Draws what `city_scale.py`, `city_driver.py`, `rerun_one.py` and `million_driver.py` have printed, log-log:
+``python benchmarks/scale_plot.py PRINTED … --out FILE.png``.
 
 Slopes are those of straight lines through the points: 1 is linear.
 """
@@ -16,26 +17,39 @@ from city_scale import OUTLINES_A_SIDE
 
 DRIVER = re.compile(r"^(\d+) buildings, .*: \d+ tasks, ([\d.]+) s of the driver, .* peak (\d+) MB", re.MULTILINE)
 WHOLE_DRIVER = re.compile(
-    r"^(\d+) buildings, .*\n\d+ tasks, ([\d.]+) s of the driver,.*\n(?:of which .*\n)?held at the end (\d+) MB",
+    r"^(\d+) buildings, .*\n\d+ tasks, ([\d.]+) s of the driver, ([\d.]+) ms a task.*\n(?:of which .*\n)?held at the end (\d+) MB",
+    re.MULTILINE,
+)
+LAST_OF_MANY = re.compile(
+    r"^the last \d+ of (\d+) buildings, .*\n\d+ tasks, [\d.]+ s of the driver, ([\d.]+) ms a task(?:.*\n)+?resident at the end (\d+) MB",
     re.MULTILINE,
 )
 TOWN = re.compile(r"^(\d+)² tiles,")
 TOTAL = re.compile(r"^part: [\d.]+ s, ([\d.]+) s of processor time")
-STEP = re.compile(r"^  (opening|status by its note|plan: a walk) +[\d.]+ s +([\d.]+) s")
-TITLES = {"opening": "opening, warm files", "status by its note": "status", "plan: a walk": "plan"}
+STEP = re.compile(r"^  (opening|status by its note|plan: a walk|plan by the note) +[\d.]+ s +([\d.]+) s")
+TITLES = {
+    "opening": "opening, warm files",
+    "status by its note": "status",
+    "plan: a walk": "plan, a walk",
+    "plan by the note": "plan by the note",
+}
 Curves = dict[str, list[tuple[int, float]]]
 
 
-def read(texts: list[str]) -> tuple[Curves, Curves]:
-    """Seconds of processor time, and megabytes: curve → buildings and value."""
-    seconds, memory = defaultdict(list), defaultdict(list)
+def read(texts: list[str]) -> tuple[Curves, Curves, Curves]:
+    """Seconds of processor time, milliseconds a task, and megabytes: curve → buildings and value."""
+    seconds, each, memory = defaultdict(list), defaultdict(list), defaultdict(list)
     for text in texts:
         for buildings, spent, peak in DRIVER.findall(text):
             seconds["driver: all tasks of a run"].append((int(buildings), float(spent)))
             memory["driver, peak"].append((int(buildings), float(peak)))
-        for buildings, spent, held in WHOLE_DRIVER.findall(text):
+        for buildings, spent, ms, held in WHOLE_DRIVER.findall(text):
+            each["driver with engine: a task"].append((int(buildings), float(ms)))
             seconds["driver with engine: all tasks of a run"].append((int(buildings), float(spent)))
             memory["driver with engine, held at the end"].append((int(buildings), float(held)))
+        for buildings, ms, resident in LAST_OF_MANY.findall(text):
+            each["driver with engine: a task"].append((int(buildings), float(ms)))
+            memory["the last 102,400, all of the process"].append((int(buildings), float(resident)))
         town = 0
         for line in text.splitlines():
             if found := TOWN.match(line):
@@ -44,7 +58,7 @@ def read(texts: list[str]) -> tuple[Curves, Curves]:
                 seconds["driver: rerun of one building"].append((town, float(found[1])))
             elif found := STEP.match(line):
                 seconds[TITLES[found[1]]].append((town, float(found[2])))
-    return seconds, memory
+    return seconds, each, memory
 
 
 def main() -> None:
@@ -57,9 +71,11 @@ def main() -> None:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    figure, axes = plt.subplots(1, 2, figsize=(11, 4.6))
-    parts = zip(axes, read([p.read_text() for p in given.printed]), ("processor time (s)", "memory (MB)"), strict=True)
-    for axis, curves, label in parts:
+    labels = "processor time (s)", "processor time of a task (ms)", "memory (MB)"
+    drawn = zip(read([p.read_text() for p in given.printed]), labels, strict=True)
+    parts = [(curves, label) for curves, label in drawn if curves]
+    figure, axes = plt.subplots(1, len(parts), figsize=(5.5 * len(parts), 4.6), squeeze=False)
+    for axis, (curves, label) in zip(axes[0], parts, strict=True):
         for name, points in curves.items():
             at = np.array(sorted(set(points)))
             slope = f", slope {np.polyfit(np.log(at[:, 0]), np.log(at[:, 1]), 1)[0]:.2f}" if len(at) > 1 else ""
