@@ -51,15 +51,17 @@ def with_voids(best: Candidate, evidence: Evidence, parameters: VoidParameters) 
     bodies = _bodies(seen, evidence, levels, parameters)
     if not voids and not bodies:
         return best
-    solid, made, reason = _carved(best.solid, voids, bodies)
+    solid, cut, added = _carved(best.solid, voids, bodies)
     notes: dict[str, Scalar] = {
-        "voids": sum(1 for p, _ in made if p in [q for q, _ in voids]),
-        "bodies": sum(1 for p, _ in made if p in [q for q, _ in bodies]),
-        "void_points": sum(n for _, n in made),
+        "voids": len(cut),
+        "bodies": len(added),
+        "void_points": sum(n for _, n in [*cut, *added]),
     }
-    if reason:
-        notes["void_reason"] = reason
-    if made:
+    if left := len(voids) + len(bodies) - len(cut) - len(added):
+        notes["void_reason"] = (
+            f"{left} of {len(voids) + len(bodies)} voids and bodies gave no valid solid and are left out"
+        )
+    if cut or added:
         solid = with_face_points(solid, seen, evidence.around)
     return replace(best, solid=solid, notes={**best.notes, **notes})
 
@@ -109,20 +111,23 @@ def _bodies(seen: SeenWalls, evidence: Evidence, levels: Sequence[Level], parame
     return found
 
 
-def _carved(solid: Polyhedron, voids: Sequence[Shown], bodies: Sequence[Shown]) -> tuple[Polyhedron, list[Shown], str]:
-    """The solid with all of them; where that is not valid, with those that each leave it valid, those with most points first."""
+def _carved(
+    solid: Polyhedron, voids: Sequence[Shown], bodies: Sequence[Shown]
+) -> tuple[Polyhedron, list[Shown], list[Shown]]:
+    """The solid with all of them, and which were cut and added; where that is not valid, those that each leave it valid, those with most points first."""
     whole = carve(solid, [p for p, _ in voids], [p for p, _ in bodies])
     if whole is not None and not check_polyhedron(whole):
-        return whole, [*voids, *bodies], ""
-    made: list[Shown] = []
-    for shown in sorted([*voids, *bodies], key=lambda s: -s[1]):
+        return whole, [*voids], [*bodies]
+    cut: list[Shown] = []
+    added: list[Shown] = []
+    ranked = [(shown, True) for shown in voids] + [(shown, False) for shown in bodies]
+    for shown, is_void in sorted(ranked, key=lambda r: -r[0][1]):
         one = [shown[0]]
-        tried = carve(solid, one, []) if shown in voids else carve(solid, [], one)
+        tried = carve(solid, one, []) if is_void else carve(solid, [], one)
         if tried is not None and not check_polyhedron(tried):
             solid = tried
-            made.append(shown)
-    left = len(voids) + len(bodies) - len(made)
-    return solid, made, f"{left} of {len(voids) + len(bodies)} voids and bodies gave no valid solid and are left out"
+            (cut if is_void else added).append(shown)
+    return solid, cut, added
 
 
 def _opened(shape: Polygon, seen: SeenWalls) -> Polygon:
