@@ -99,6 +99,26 @@ def test_what_never_ends_is_killed(shared: Sandbox, store: Store, function: str)
     assert shared.run(store, toy("u", "nothing")).ending is Ending.RETURNED
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not tell how long a process waits for a core")
+def test_waiting_for_a_core_that_others_use_is_not_counted(store: Store) -> None:
+    core, sandbox = min(os.sched_getaffinity(0)), Sandbox()
+    assert sandbox.run(store, toy("u", "nothing")).ending is Ending.RETURNED
+    assert sandbox.pid is not None
+    os.sched_setaffinity(sandbox.pid, {core})
+    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"], start_new_session=True) for _ in range(4)]
+    try:
+        for other in others:
+            os.sched_setaffinity(other.pid, {core})
+        reply = sandbox.run(store, toy("u", "works", arguments={"seconds": 0.6}, limits=limits(time_s=0.9)))
+    finally:
+        for other in others:
+            other.kill()
+            other.wait()
+        sandbox.close()
+    assert reply.seconds > 0.9, "four others on the same core"
+    assert reply.ending is Ending.RETURNED
+
+
 def test_a_memory_bomb_is_killed_in_time(shared: Sandbox, store: Store) -> None:
     reply = shared.run(store, toy("u", "bomb", limits=limits(memory_mb=400)))
     assert reply.ending is Ending.MEMORY

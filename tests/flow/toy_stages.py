@@ -123,6 +123,14 @@ def fragmented(workspace: Workspace, task: Task) -> Outcome:
     return workspace.outcome(result={"pid": os.getpid()})
 
 
+def works(workspace: Workspace, task: Task) -> Outcome:
+    """Takes so many seconds of a core."""
+    end = time.process_time() + task.arguments["seconds"]
+    while time.process_time() < end:
+        pass
+    return workspace.outcome()
+
+
 def endless(workspace: Workspace, task: Task) -> Outcome:
     while True:
         pass

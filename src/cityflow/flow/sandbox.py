@@ -32,6 +32,7 @@ from cityflow.flow.resident import resident_mb
 from cityflow.flow.spawner import SPAWNER
 from cityflow.flow.store import Store
 from cityflow.flow.task import Limits, Outcome, Task
+from cityflow.flow.task_clock import TaskClock
 
 POLL_S = 0.05
 """Time between two looks at memory and clock of a running child."""
@@ -156,11 +157,11 @@ class Sandbox:
 
     def _ask(self, child: _Child, request: Any, limits: Limits) -> Reply:
         """Send a request and wait for its reply within the limits; whatever goes wrong, the child is replaced."""
-        start = time.monotonic()
+        clock = TaskClock(child.process.pid)
         child.peak_mb = 0.0
         try:
             child.connection.send(request)
-            ending = _wait(child, limits, start + limits.time_s, self._covers)
+            ending = _wait(child, limits, clock, self._covers)
             if ending is None:
                 reply = child.connection.recv()
                 if isinstance(reply, Reply):
@@ -168,7 +169,7 @@ class Sandbox:
                 ending = Ending.CRASHED
         except (EOFError, OSError):
             ending = Ending.CRASHED
-        return self._ended(child, ending, limits, time.monotonic() - start)
+        return self._ended(child, ending, limits, clock.wall_s())
 
     def _ended(self, child: _Child, ending: Ending, limits: Limits, seconds: float) -> Reply:
         reason = {
@@ -242,7 +243,7 @@ def _await_greeting(child: _Child) -> None:
         raise RunError(f"a child process did not start: {text or 'no answer'}", remedy="check the worker's environment")
 
 
-def _wait(child: _Child, limits: Limits, deadline: float, covers: Covers) -> Ending | None:
+def _wait(child: _Child, limits: Limits, clock: TaskClock, covers: Covers) -> Ending | None:
     """None when there is something to read, else which limit was overrun."""
     looks = 0
     process = None
@@ -255,7 +256,7 @@ def _wait(child: _Child, limits: Limits, deadline: float, covers: Covers) -> End
             return Ending.MEMORY
         if not covers(rss):
             return Ending.CROWDED
-        if time.monotonic() > deadline:
+        if clock.wall_s() > limits.time_s and clock.own_s() > limits.time_s:
             return Ending.TIMEOUT
         _forget_printed(child, MAX_PRINTED_BYTES)
     return None

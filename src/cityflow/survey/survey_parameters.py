@@ -147,7 +147,7 @@ class ExportParameters(Parameters):
 class StageLimits(Parameters):
     """What a task of a stage may use; its process is killed beyond it. Never an input to a result."""
 
-    time_s: float = Field(600.0, gt=0, le=86400, description="wall-clock time, s")
+    time_s: float = Field(600.0, gt=0, le=86400, description="time, s, without waiting for a core that others use")
     memory_mb: float = Field(6000.0, gt=50, le=1e6, description="memory of the task's process, MB")
     retries: int = Field(1, ge=0, le=10, description="further tries after a crash")
 
