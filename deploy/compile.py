@@ -36,6 +36,7 @@ from cityflow.io.points.las_image_points import write_image_points
 from cityflow.matching.match import MatchParameters, match
 from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.from_images.photographed import Photographed
+from cityflow.outlines.from_walls.covered_points import find_covered_points
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.outlines.under_eaves.facades_inside import SeenHouses
 from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
@@ -115,6 +116,7 @@ def match_pictures() -> None:
     slanting = replace(points, names=("aside",), centres=points.centres + np.array([60.0, 0.0, 0.0]))
     surface = image_surface(joined([points, slanting]), (40.0, 40.0, 60.0, 60.0), CELL_M, 4)
     floating = joined([points, replace(points, xyz=points.xyz + np.array([0.0, 0.0, 15.0]))])
+    find_covered_points(replace(floating, views=np.full_like(floating.views, 2)))
     write_image_points(floating, classify_points(floating, surface))
     heights, grid = surface.fine.dsm_filled.astype(np.float32), surface.fine.grid
     sample(grid, heights, np.array([50.0]), np.array([50.0]))

@@ -229,9 +229,13 @@ def joined(parts: Sequence[ImagePoints], bands: int = 3) -> ImagePoints:
         )  # fmt: skip
     centres = {name: p.centres[i] for p in parts for i, name in enumerate(p.names)}
     number = {name: i for i, name in enumerate(centres)}
-    image = [np.asarray([number[n] for n in p.names], np.int64)[p.image] for p in parts]
+    image, first = np.empty(sum(len(p) for p in parts), np.int64), 0
+    for p in parts:
+        numbers = np.asarray([number[n] for n in p.names], np.int64)
+        image[first : first + len(p)] = numbers[0] if len(numbers) == 1 else numbers[p.image]
+        first += len(p)
     return ImagePoints(
-        np.concatenate([p.xyz for p in parts]), np.concatenate([p.colour for p in parts]), np.concatenate(image),
+        np.concatenate([p.xyz for p in parts]), np.concatenate([p.colour for p in parts]), image,
         np.concatenate([p.views for p in parts]), np.concatenate([p.sigma for p in parts]), tuple(centres),
         np.array(list(centres.values())),
     )  # fmt: skip

@@ -50,16 +50,16 @@ def decode_arrays(
         raise CityflowError("this is no file of arrays", where="work", remedy="run the stage that wrote it again")
     length = struct.unpack("<I", data[len(MAGIC) : start])[0]
     header = json.loads(data[start : start + length])
-    place, arrays = start + length, {}
+    place, arrays, blocks = start + length, {}, memoryview(data)
     for name, (dtype, shape, size) in header["arrays"].items():
         if wanted(name):
-            arrays[name] = _array(data[place : place + size], dtype, shape)
+            arrays[name] = _array(blocks[place : place + size], dtype, shape)
         place += size
     return arrays, header["said"]
 
 
-def _array(block: bytes, dtype: str, shape: list[int]) -> NDArray[Any]:
-    if not block:
-        return np.empty(shape, dtype)
-    # blosc decodes into a read-only buffer; whoever reads the array may change it
-    return np.asarray(np.frombuffer(Blosc().decode(block), dtype).reshape(shape).copy())
+def _array(block: memoryview, dtype: str, shape: list[int]) -> NDArray[Any]:
+    found: NDArray[Any] = np.empty(shape, dtype)
+    if len(block):
+        Blosc().decode(block, found)
+    return found

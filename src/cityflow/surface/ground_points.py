@@ -52,13 +52,15 @@ def refine(
     """
     last = points.return_number >= points.number_of_returns
     xyz = points.xyz[last]
-    surface, surface_grid = rough, rough_grid
-    for _ in range(2):
-        height = sample(surface_grid, surface, xyz[:, 0], xyz[:, 1])
-        slope = sample(surface_grid, slope_of(surface, surface_grid.cell), xyz[:, 0], xyz[:, 1])
-        near = np.abs(xyz[:, 2] - height) <= tolerance[0] + tolerance[1] * np.minimum(slope, 1.5)
-        surface, surface_grid = terrain_from_points(xyz[near], rough_grid), rough_grid
-    return terrain_from_points(xyz[near], grid)
+    better = terrain_from_points(_near(xyz, rough, rough_grid, tolerance), rough_grid)
+    return terrain_from_points(_near(xyz, better, rough_grid, tolerance), grid)
+
+
+def _near(xyz: FloatArray, surface: FloatArray, grid: Grid, tolerance: tuple[float, float]) -> FloatArray:
+    """Those of the points (N, 3) that lie within the tolerance of a surface."""
+    height = sample(grid, surface, xyz[:, 0], xyz[:, 1])
+    slope = sample(grid, slope_of(surface, grid.cell), xyz[:, 0], xyz[:, 1])
+    return xyz[np.abs(xyz[:, 2] - height) <= tolerance[0] + tolerance[1] * np.minimum(slope, 1.5)]
 
 
 def resample(surface: FloatArray, surface_grid: Grid, grid: Grid) -> FloatArray:
