@@ -1,7 +1,7 @@
 """What a driver takes in a RUN of a million buildings: the last 102,400 of them, then what commands ask, and one building again.
 
     python benchmarks/million_driver.py flight RUN
-    python benchmarks/million_driver.py drive RUN [--steps] [--profile]
+    python benchmarks/million_driver.py drive RUN [--minutes 25] [--steps] [--profile]
     python benchmarks/million_driver.py look RUN
     python benchmarks/million_driver.py again RUN [--inside 8] [--everywhere] [--profile]
     python benchmarks/million_driver.py plan RUN [--asked 4]
@@ -9,11 +9,12 @@
 
 RUN is that of `million.py make`; a process for each step, in this order. ``flight`` finds the flight plan of all images, which the RUN keeps. ``drive``
 runs the square of the last tiles, an area of interest, as `city_driver.py` runs a town: the ledger knows the records of all others, the source all images.
-Tiles around the square have records of other inputs, as those of `make` are drawn at random; what the square needs of them runs again. An interrupt ends it
-and tells what it took so far. ``look`` writes the note that a finished run of the whole leaves, and asks by it. ``again`` runs one building again, as
-`rerun_one.py` does, on the tile so many ``--inside`` the south-western corner of the square: one in the middle, or one in what an interrupted run has done.
-``plan`` walks some of the last tiles, all of whose tasks are done. ``report`` gathers what a report does from the rows of all records, and from the whole
-records of textures and atlas cells; files of products, which the rest of a report is read from, are not there.
+Tiles around the square have records of other inputs, as those of `make` are drawn at random; what the square needs of them runs again. An interrupt, or
+the end of its `--minutes`, ends it; it tells every 10,000 tasks what these took, and at the end all. ``look`` writes the note that a finished run of the
+whole leaves, and asks by it. ``again`` runs one building again, as `rerun_one.py` does, on the tile so many ``--inside`` the south-western corner of the
+square: one in the middle, or one in what an interrupted run has done. ``plan`` walks some of the last tiles, all of whose tasks are done. ``report``
+gathers what a report does from the rows of all records, and from the whole records of textures and atlas cells; files of products, which the rest of a
+report is read from, are not there.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from typing import Any
 
 import shapely
 
-from city_driver import driven, resident_mb
+from city_driver import Progress, Scheduler, driven, resident_mb
 from city_scale import OUTLINES_A_SIDE, TILE_M, X, Y
 from cityflow.core.grid import Bounds
 from cityflow.flow.ledger import Ledger
@@ -81,7 +82,7 @@ def flight(town: Town, folder: str) -> None:
     print(f"{len(tiles):,} surveyed tiles")
 
 
-def drive(town: Town, folder: str, steps: Steps, profiled: bool) -> None:
+def drive(town: Town, folder: str, steps: Steps, profiled: bool, minutes: float) -> None:
     with told("catalog"):
         wanted = limited(town.prepared(folder), last_tiles(town, town.last))
     with told("opening"):
@@ -95,7 +96,8 @@ def drive(town: Town, folder: str, steps: Steps, profiled: bool) -> None:
             f"\nthe last {town.last**2 * A_TILE} of {town.side**2 * A_TILE} buildings, {town.last**2} of {town.side**2} tiles, "
             f"{len(wanted.catalog.images)} images, {ledger.count_files()} records of others"
         )
-        driven(source, wanted.store, ledger, steps, profiled)
+        progress = Progress(until=time.perf_counter() + 60 * minutes)
+        driven(source, ledger, Scheduler(wanted.store, steps, progress=progress), profiled)
         print(f"resident at the end {resident_mb():.0f} MB")
     print(f"peak of the process, catalog and workers' part included, {_peak_mb():.0f} MB")
 
@@ -192,6 +194,7 @@ def main() -> None:
     parser.add_argument("run")
     parser.add_argument("--side", type=int, default=50)
     parser.add_argument("--last", type=int, default=16)
+    parser.add_argument("--minutes", type=float, default=1e9, help="on the clock, after which a drive is interrupted")
     parser.add_argument("--steps", action="store_true", help="print the time by step and stage")
     parser.add_argument("--profile", action="store_true", help="print where the time goes")
     parser.add_argument("--inside", type=int, help="tiles from the south-western corner of the last; the middle")
@@ -205,7 +208,7 @@ def main() -> None:
         steps = Steps()
         if given.steps:
             steps.follow()
-        drive(town, given.run, steps, given.profile)
+        drive(town, given.run, steps, given.profile, given.minutes)
         return
     if given.profile:
         profile.enable()

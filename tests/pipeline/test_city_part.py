@@ -290,6 +290,23 @@ def test_what_is_unfinished_elsewhere_is_left_and_named(town: Town) -> None:
     assert ("reconstruct", AT_A_BORDER) not in after
 
 
+def test_what_is_unfinished_beside_it_is_not_gone_into(town: Town) -> None:
+    """Of a tile without outlines nobody asks what these would be made of, and all that waits for them is left."""
+    here, beside = owner("h1_0"), owner("h1_7")
+    assert here != beside
+    of_tile = ("surface", "fuse", "walls", "ortho", "outline", "units", "export")
+    missing = {n for n in town.records if n[0] in of_tile and n[1] == beside} | {("export", "city")}
+    records = {n: r for n, r in town.records.items() if n not in missing}
+    part = CityPart(town.source(), chosen(("reconstruct", "h1_0")), Memory(records))
+    leave = lambda task: record_of(task, edition="b" if task.unit == "h1_0" else "")  # noqa: E731
+    ran = run(part, records, is_among([("reconstruct", "h1_0")]), leave)
+    assert ("reconstruct", "h1_0") in ran
+    assert not missing & set(ran)
+    assert ("outline", beside) in part.walk.left
+    assert {s for s, u in part.walk._wanted if u == beside} & {"fuse", "walls"} == set()
+    assert missing <= set(stale(town, records))
+
+
 def test_a_texture_of_a_building_that_failed_since_is_not_taken_from_before(town: Town) -> None:
     """Its record is still there; whoever makes the pages of its atlas cell anew must not see it."""
     if not town.catalog.images:

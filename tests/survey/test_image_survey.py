@@ -83,3 +83,14 @@ def test_a_workflow_read_back_from_a_run_asks_for_the_same(tmp_path: Path) -> No
     assert first.outline_parameters.found.walls.gsd_m == first.images.cell_m
     stated = asked.model_copy(update={"walls": asked.walls.model_copy(update={"gsd_m": 0.11})})
     assert Survey(catalog, stated, {}).wall_parameters.gsd_m == 0.11
+
+
+def test_the_same_catalog_and_parameters_have_one_image_survey(tmp_path: Path) -> None:
+    """A command makes several surveys, with and without overrides: what follows from the images alone is found once."""
+    flight = make_flight(tmp_path / "flight", described=False)
+    flight.describe(gains=False)
+    catalog, asked = read_catalog(flight.catalog), parameters()
+    first = Survey(catalog, asked, {}).images
+    assert Survey(catalog, asked, {("split", "a"): {"x": 1}}).images is first
+    assert Survey(catalog, parameters(tile_m=100), {}).images is not first
+    assert Survey(read_catalog(flight.catalog), asked, {}).images is not first

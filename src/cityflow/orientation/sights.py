@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
+from shapely import GeometryType
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import Camera, OrientedImage
@@ -46,9 +47,11 @@ def sights(views: Sequence[View], reach: float = REACH, near_m: float = NEAR_M) 
         heights = np.array([views[i].heights for i in members])
         farthest = np.maximum(reach * (centres[:, 2] - heights[:, 0]), near_m)
         places, owner = _ends(rays, centres, heights, farthest)
-        shapes = shapely.convex_hull(shapely.multipoints(shapely.points(places), indices=owner)) if len(owner) else []
-        for k, shape in zip(np.unique(owner).tolist(), shapes, strict=True):
-            found[members[k]] = shape if shape.geom_type == "Polygon" else shapely.Polygon()
+        # as lines: points of a city's images would be millions of objects
+        shapes = shapely.convex_hull(shapely.linestrings(places, indices=owner)) if len(owner) else np.empty(0, object)
+        shapes[shapely.get_type_id(shapes) != GeometryType.POLYGON] = shapely.Polygon()
+        for k, shape in zip(np.unique(owner).tolist(), shapes.tolist(), strict=True):
+            found[members[k]] = shape
     return found
 
 

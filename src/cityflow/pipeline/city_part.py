@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -96,7 +97,7 @@ class CityPart:
         city = self.city
         city.refuse_nothing()
         _ = city.survey.edits
-        near = [t for t in city.survey.lattice.tiles if self._reach.meets_tile(self._bounds(t))]
+        near = [t for t in city.survey.lattice.tiles if t in self._places]
         if any((INGEST, ACCURACY) in step(city, t) for t in near[:1] for step in STAGES[OUTLINE].needs):
             self._recall((INGEST, ACCURACY))
         self._before = {n: _contents(self._memory.latest(*n)) for n in self._naming(near) if self.may_change(n)}
@@ -104,7 +105,7 @@ class CityPart:
             yield from self.walk.want((OUTLINE, t) for t in near)
         yield from self.walk.want(self._naming(near))
         yield from self._want_chosen()
-        yield from self.walk.begin(city.districts.in_order())
+        yield from self.walk.begin(place for place in city.districts.in_order() if place in self._places)
 
     def after(self, task: Task, record: Record) -> Iterator[Task]:
         """What a finished task sets free."""
@@ -129,12 +130,25 @@ class CityPart:
         if entry is not None:
             return self._reach.meets_unit(entry.bounds)
         tile = self._tile_of(unit)
-        if tile is None or tile in self._tiles:
+        if tile is None:
+            return unit not in city.districts.parts or unit in self._places
+        if tile in self._tiles:
             return True
         known = None if self._renames else city.units_of.get(tile)
         if known is None:
             return self._reach.meets_tile(self._bounds(tile))
         return bool(known.meeting(self._reach.boxes).any())
+
+    @cached_property
+    def _places(self) -> frozenset[str]:
+        """Tiles that what is chosen may reach, and what their exports are merged in, up to the city."""
+        tiles = self.city.survey.lattice.tiles
+        level = {t for t in tiles if t in self._tiles or self._reach.meets_tile(self._bounds(t))}
+        found = set(level)
+        while level:
+            level = {self.city.districts.parent[name] for name in level if name in self.city.districts.parent}
+            found |= level
+        return frozenset(found)
 
     def has_ended(self, node: Node) -> bool:
         """Whether a task of this walk has ended; one that was wanted and is not has nothing to do."""
@@ -142,6 +156,10 @@ class CityPart:
 
     def has(self, node: Node) -> bool:
         return self._memory.has(*node)
+
+    def has_always_a_task(self, node: Node) -> bool:
+        """A building without a model has no texture, and no windows; an atlas cell without textures has no pages."""
+        return STAGES[node[0]].place not in (Place.UNIT, Place.ATLAS_CELL)
 
     def stand(self, node: Node) -> None:
         """Outlines and units are known as soon as the task that names them stands; of all others the record is read when it is asked for."""

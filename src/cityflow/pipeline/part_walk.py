@@ -35,12 +35,17 @@ class Standing(Protocol):
     def prepare(self, node: Node) -> None:
         """The task of a node is made next."""
 
+    def has_always_a_task(self, node: Node) -> bool:
+        """Whether the node has something to do whatever it is made of, so that it is unfinished where it has no record."""
+
     def named_by(self, node: Node) -> Iterable[Node]:
         """Nodes that have named this one, beyond what it needs."""
 
 
 class PartWalk(Walk[C]):
     """A walk that goes into the needs of a node only where it may change, and makes its task only where one of them was made.
+
+    What cannot change and is unfinished is not gone into either, however much of the city that is.
 
     Attributes
     ----------
@@ -69,9 +74,14 @@ class PartWalk(Walk[C]):
             if node in self._wanted:
                 continue
             self._wanted.add(node)
-            if node not in self._standing.chosen and not self._standing.may_change(node) and self._standing.has(node):
-                self._standing.stand(node)
+            standing = self._standing
+            if node in standing.chosen or standing.may_change(node):
+                yield from self._go_on(node, 0)
+            elif standing.has(node):
+                standing.stand(node)
                 yield from self._open(node)
+            elif standing.has_always_a_task(node):
+                self.left.add(node)
             else:
                 yield from self._go_on(node, 0)
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 import shapely
-from shapely import MultiPoint
 
-from cityflow.core.grid import Bounds, Grid, Tile, grid_over, lattice_grid, tiles_over
+from cityflow.core.arrays import FloatArray
+from cityflow.core.grid import Grid, Tile, grid_over, lattice_grid, tiles_over
 from cityflow.core.local_frame import LocalFrame
 from cityflow.orientation.views import View, gsd
 from cityflow.survey.survey_parameters import FRAME_HALO_M, nearest_cell
@@ -35,7 +35,7 @@ class Flown(Protocol):
     @property
     def tiles(self) -> Mapping[str, Tile]: ...
 
-    def heights_over(self, bounds: Bounds) -> tuple[float, float]: ...
+    def heights_over_each(self, boxes: FloatArray) -> FloatArray: ...
 
 
 class FrameTiles:
@@ -54,14 +54,13 @@ class FrameTiles:
     def tiles(self) -> dict[str, FrameTile]:
         """All tiles of all frames by unit name."""
         found: dict[str, FrameTile] = {}
+        names, corners = list(self._images.tiles), self._corners()
+        sizes = [tile.size for tile in self._images.tiles.values()]
         for frame in self.frames:
             over: dict[Tile, list[str]] = {}
-            for name, tile in self._images.tiles.items():
-                for frame_tile in self._over(frame, tile):
-                    over.setdefault(frame_tile, []).append(name)
-            found.update(
-                {_unit(frame, t): FrameTile(frame, t, tuple(sorted(names))) for t, names in sorted(over.items())}
-            )
+            for frame_tile, k in _over(frame, corners, sizes):
+                over.setdefault(frame_tile, []).append(names[k])
+            found.update({_unit(frame, t): FrameTile(frame, t, tuple(sorted(of))) for t, of in sorted(over.items())})
         return found
 
     def units_over(self, tiles: Iterable[str]) -> list[str]:
@@ -95,13 +94,24 @@ class FrameTiles:
         cells = {f.name: float(np.median([gsd(self._images.flown[n]) for n in f.images])) for f in self.frames}
         return {name: (grid_over(of, nearest_cell(cells[name])), of[0].size) for name, of in tiles.items()}
 
-    def _over(self, frame: LocalFrame, tile: Tile) -> list[Tile]:
-        """Tiles of a frame that a ground tile with all that stands on it falls on."""
-        x_0, y_0, x_1, y_1 = tile.buffered(FRAME_HALO_M)
-        low, high = self._images.heights_over(tile.bounds)
-        corners = np.array([(x, y, z) for x in (x_0, x_1) for y in (y_0, y_1) for z in (low, high)])
-        hull = MultiPoint(frame.from_world(corners)[:, :2]).convex_hull
-        return [t for t in tiles_over(hull.bounds, tile.size) if hull.intersects(shapely.box(*t.bounds))]
+    def _corners(self) -> FloatArray:
+        """(T, 8, 3) corners of the boxes over all ground tiles with all that stands on them, world metres."""
+        tiles = self._images.tiles.values()
+        x_0, y_0, x_1, y_1 = np.array([t.buffered(FRAME_HALO_M) for t in tiles]).reshape(-1, 4).T
+        low, high = self._images.heights_over_each(np.array([t.bounds for t in tiles]).reshape(-1, 4)).T
+        return np.stack(
+            [np.column_stack([x, y, z]) for x in (x_0, x_1) for y in (y_0, y_1) for z in (low, high)], axis=1
+        )
+
+
+def _over(frame: LocalFrame, corners: FloatArray, sizes: Sequence[float]) -> Iterator[tuple[Tile, int]]:
+    """Tiles of a frame that boxes fall on, each with the number of the box."""
+    places = frame.from_world(corners.reshape(-1, 3))[:, :2]
+    hulls = shapely.convex_hull(shapely.linestrings(places.reshape(*corners.shape[:2], 2)))
+    pairs = [(t, k) for k, bounds in enumerate(shapely.bounds(hulls).tolist()) for t in tiles_over(bounds, sizes[k])]
+    boxes = shapely.box(*np.array([t.bounds for t, _ in pairs]).reshape(-1, 4).T)
+    met = shapely.intersects(hulls[[k for _, k in pairs]], boxes)
+    return (pair for pair, meets in zip(pairs, met.tolist(), strict=True) if meets)
 
 
 def _unit(frame: LocalFrame, tile: Tile) -> str:

@@ -40,6 +40,22 @@ WALL_MARGIN_M = 1.0
 """Files this near to an outline are named as the sources of its unit."""
 
 
+_LAST: list[tuple[Catalog, SurveyParameters, Plans | None, ImageSurvey]] = []
+"""The images that were asked for last."""
+
+
+def images_of(catalog: Catalog, parameters: SurveyParameters, plans: Plans | None) -> ImageSurvey:
+    """The images of a catalog; for the same catalog and parameters again the same object, since all that it knows follows from these.
+
+    A command makes several surveys of one catalog, and the images of a large city take a second each time.
+    """
+    for of, asked, kept, found in _LAST:
+        if of is catalog and asked is parameters and kept == plans:
+            return found
+    _LAST[:] = [(catalog, parameters, plans, ImageSurvey(catalog, parameters, plans))]
+    return _LAST[0][-1]
+
+
 class Survey:
     """Catalog, parameters and the records so far, with the questions that tasks are built from.
 
@@ -57,7 +73,7 @@ class Survey:
         self.catalog, self.parameters, self.overrides = catalog, parameters, overrides
         kind = source_kind_of(catalog, parameters.points.source)
         self.lidar = LidarSurvey(catalog.lidar if kind == LIDAR else (), parameters)
-        self.images = ImageSurvey(catalog, parameters, plans)
+        self.images = images_of(catalog, parameters, plans)
         self.matches = MatchUnits(self.images)
         others: dict[str, Source] = {LIDAR: self.lidar, IMAGES: self.images}
         self.source = others.get(kind) or RasterSurvey(catalog.rasters, parameters)
