@@ -16,7 +16,7 @@ COMMON = (
     "images.level", "images.cell_m", "images.least_views", "images.most_ortho_tilt", "images.frames",
     "match.memory_mb",
     "surface.cell_m", "surface.fill_m", "surface.dtm.method", "surface.cover.building_height_m",
-    "image_surface.dtm.method", "image_surface.cover.building_height_m",
+    "image_surface.dtm.method", "image_surface.cover.building_height_m", "walls.noise.remove",
     "outline.source", "outline.found.regions.minimum_height_m", "outline.found.regions.minimum_area_m2",
     "outline.found.regions.minimum_courtyard_m2", "outline.walls_in.wanted",
     "split.when", "split.method.threshold", "split.method.minimum_area_m2", "edits.path",

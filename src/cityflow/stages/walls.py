@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from cityflow.core.building import Status
-from cityflow.core.depth_map import numbers_within
+from cityflow.core.depth_map import ImagePoints, numbers_within
 from cityflow.core.grid import Bounds, grown
 from cityflow.flow.stage import Cost, Node, Place, Stage
 from cityflow.flow.task import Outcome, Task
@@ -17,13 +19,15 @@ from cityflow.handover.depth_reader import CheckedInputs, checked_points
 from cityflow.handover.fused import UNMATCHED
 from cityflow.handover.wall_point_files import encode_walls
 from cityflow.outlines.from_walls.covered_points import find_covered_points
-from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
+from cityflow.outlines.from_walls.wall_points import find_wall_points
+from cityflow.reconstruction.noise.voxel_filter import NoiseParameters, filter_noise
 from cityflow.survey.city import City
 from cityflow.survey.depths import CheckedSources, checked_over, checked_sources, flight_tiles_over
 from cityflow.survey.recipe import Recipe, draft_by, task_by
 from cityflow.survey.results import Results
 from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
+from cityflow.survey.survey_parameters import WallParameters
 
 NAME = "walls"
 VERSION = 5
@@ -69,9 +73,11 @@ def _tiles_around(survey: Survey, name: str) -> list[str]:
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Find them with the rim, and keep those of the tile."""
-    given, parameters = task.arguments_as(WallInputs), task.parameters_as(WallPointParameters)
+    given, parameters = task.arguments_as(WallInputs), task.parameters_as(WallParameters)
     around = grown(given.bounds, parameters.halo_m)
-    points = checked_points(workspace.store, given.depths, around, colour=False)(around)
+    points = without_noise(
+        checked_points(workspace.store, given.depths, around, colour=False)(around), parameters.noise
+    )
     found = find_wall_points(points, parameters).within(given.bounds)
     covered = find_covered_points(points)
     covered = covered[numbers_within(covered, given.bounds)]
@@ -81,6 +87,13 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     return workspace.outcome(
         status, without, {"points": len(points), "wall_points": len(found), "covered_points": len(covered)}
     )
+
+
+def without_noise(points: ImagePoints, parameters: NoiseParameters) -> ImagePoints:
+    """The points that are no noise; all of them where none is to be removed."""
+    if not parameters.remove or not len(points):
+        return points
+    return points.take(filter_noise(points.xyz - np.floor(points.xyz.min(axis=0)), parameters).keep)
 
 
 def _points(city: City, name: str) -> Iterable[Node]:
@@ -99,6 +112,6 @@ STAGE = Stage(
     task=task_by(recipe),
     draft=draft_by(recipe),
     asked=lambda city, _: city.survey.source.kind == IMAGES,
-    parameters=(WallPointParameters,),
+    parameters=(WallParameters,),
     cost=Cost(10.0, 1500.0, 2.0),
 )

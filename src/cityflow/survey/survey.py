@@ -29,7 +29,7 @@ from cityflow.survey.point_files import PointIndex
 from cityflow.survey.raster_survey import RasterSurvey
 from cityflow.survey.results import Results
 from cityflow.survey.surface_source import IMAGES, LIDAR, RASTERS, Source
-from cityflow.survey.survey_parameters import OutlineParameters, SurveyParameters
+from cityflow.survey.survey_parameters import OutlineParameters, SurveyParameters, WallParameters
 from cityflow.survey.tile_lattice import Lattice
 from cityflow.texture.unit import TextureParameters
 
@@ -146,7 +146,7 @@ class Survey:
         return asked.model_copy(update={"found": asked.found.model_copy(update={"walls": lines})})
 
     @cached_property
-    def wall_parameters(self) -> WallPointParameters:
+    def wall_parameters(self) -> WallParameters:
         """Those of the workflow, with the survey's own ground sampling distance unless the workflow states one."""
         asked = self.parameters.walls
         return asked if states_gsd(asked) else asked.model_copy(update={"gsd_m": self.images.cell_m})

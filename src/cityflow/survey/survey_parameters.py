@@ -17,6 +17,7 @@ from cityflow.outlines.find_outlines import FindParameters
 from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.reconstruction.model import ModelParameters
+from cityflow.reconstruction.noise.voxel_filter import NoiseParameters
 from cityflow.splitting.split import SplitParameters
 from cityflow.surface.image_surface import ImageSurfaceParameters
 from cityflow.surface.overview import overview_factor
@@ -164,6 +165,12 @@ class ExecutionParameters(Parameters):
         return Limits(chosen.time_s, chosen.memory_mb, chosen.retries)
 
 
+class WallParameters(WallPointParameters):
+    """Which points stand on walls, and whether noise is removed before."""
+
+    noise: NoiseParameters = NoiseParameters()
+
+
 class SurveyParameters(Parameters):
     """All parameters of a run, by stage."""
 
@@ -178,7 +185,7 @@ class SurveyParameters(Parameters):
     surface: SurfaceParameters = SurfaceParameters()
     image_surface: ImageSurfaceParameters = ImageSurfaceParameters()
     ortho: OrthoParameters = OrthoParameters()
-    walls: WallPointParameters = WallPointParameters()
+    walls: WallParameters = WallParameters()
     outline: OutlineParameters = OutlineParameters()
     split: SplittingParameters = SplittingParameters()
     edits: EditParameters = EditParameters()

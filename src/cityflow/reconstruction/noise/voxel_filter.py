@@ -66,6 +66,15 @@ class VoxelFilterParameters(Parameters):
     )
 
 
+class NoiseParameters(VoxelFilterParameters):
+    """Whether noise is removed from points of images before façades are looked for in them, and how."""
+
+    remove: bool = Field(
+        False,
+        description="points far from the surface that those around them agree on are removed before façades are looked for",
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class VoxelFiltering:
     """What the filter found.
