@@ -3,8 +3,8 @@
     python benchmarks/verdicts_run.py RUN TRUTH          # TRUTH: what `cityflow synth` made
 
 Every building is held against the true units of which most stands in its outline, or that hold most of it; the true share counts what it misses of
-their walls, and what it has beyond. Where another building of the run stands on a part of such a unit, that building is judged there: a unit cut in two
-is no fault of a roof.
+their walls, and what it has beyond. Where another building of the run stands on a part of such a unit, or is nearer to it, that building is judged there:
+a unit cut in two is no fault of a roof, and what is missing at its end is the fault of one of the two.
 """
 
 from __future__ import annotations
@@ -42,8 +42,10 @@ def share_of(
     shared = [shapely.intersection(outline, u.wall_outline).area for u in near]
     own = [u for u, m2 in zip(near, shared, strict=True) if m2 > MOST * min(u.wall_outline.area, outline.area)]
     places = true_places(own, outline, near)
-    inside, elsewhere = (shapely.contains_xy(p, places[:, 0], places[:, 1]) for p in (outline, others))
-    return true_share(solid, places[inside | ~elsewhere], outline)
+    inside = shapely.contains_xy(outline, places[:, 0], places[:, 1])
+    points = shapely.points(places[:, :2])
+    mine, its = (np.nan_to_num(shapely.distance(points, p), nan=np.inf) for p in (outline, others))
+    return true_share(solid, places[inside | (mine <= its)], outline)
 
 
 def main() -> None:

@@ -12,6 +12,7 @@ from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY
 from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.reconstruction.choose import Choice, solid_of_method
 from cityflow.reconstruction.model import ModelParameters, model
+from cityflow.reconstruction.shared_ramps import without_ramps
 from cityflow.reconstruction.verdicts.figures import Figures, HeldBack, figures_of
 from cityflow.reconstruction.verdicts.held_back import FOLDS, groups_of, without_group
 from cityflow.reconstruction.verdicts.roof_fit import RoofFit, fit_of
@@ -36,6 +37,7 @@ def judged_model(evidence: Evidence, parameters: ModelParameters) -> Judged:
     Where a unit has points enough, a part of them is held back and the model made from the others. Where points are scarce each of them matters: the
     model is made from all, and other models, each without a part of the points, test it by that part.
     """
+    evidence = without_ramps(evidence)
     how = parameters.held_back
     mine = groups_of(evidence.points.xyz, how.groups) == 0
     enough = int(mine.sum()) >= how.least
