@@ -164,7 +164,7 @@ def report(town: Town, folder: str) -> None:
         with timed(clocked, "names of units"):
             records = noted_records(noted, ledger)
         with timed(clocked, "rows of stages"):
-            rows = [stage_row(s, sorted(records.rows(s), key=lambda row: row.unit)) for s in records.stages()]
+            rows = [stage_row(s, records.tally(s)) for s in records.stages()]
         with timed(clocked, "problems"):
             problems = [p for s in records.stages() for p in problems_of(records, s)]
         with timed(clocked, "units beyond the area"):

@@ -150,7 +150,7 @@ def said(ledger: Ledger, units: int = 40) -> list[object]:
     names = [f"u{i:02d}" for i in range(units)]
     return [
         list(ledger.records()), list(ledger.records("toy")), ledger.units("toy"), ledger.stages(), ledger.tally("toy").status,
-        ledger.mean_seconds("toy"), ledger.peak_mb("toy"), [ledger.next_attempt("toy", n) for n in names],
+        ledger.tally("toy").mean_seconds, ledger.tally("toy").peak_mb, [ledger.next_attempt("toy", n) for n in names],
         [ledger.latest("toy", n) for n in names], [ledger.attempts("toy", n) for n in names], [ledger.state(toy(n)) for n in names],
     ]  # fmt: skip
 
@@ -230,15 +230,18 @@ def test_an_output_of_another_size_is_lost(store: Store) -> None:
 
 def test_counts_and_means(store: Store) -> None:
     with Ledger.open(store) as ledger:
-        assert ledger.mean_seconds("toy") is None
+        assert not ledger.tally("toy").seconds
         for i, status in enumerate([Status.DONE, Status.DONE, Status.DEGRADED, Status.FAILED]):
             ledger.add(record_for(toy(f"u{i}"), status=status, seconds=float(i), peak_mb=100.0 * i))
         ledger.add(record_for(toy("u3"), 2, status=Status.DONE, seconds=5.0, peak_mb=50))
         assert ledger.tally("toy").status == {
             Status.DONE: 3, Status.DEGRADED: 1, Status.FAILED: 0, Status.REFUSED: 0,
         }  # fmt: skip
-        assert ledger.mean_seconds("toy") == 2.0
-        assert ledger.peak_mb("toy") == 200.0
+        ledger.add(record_for(toy("u4"), status=Status.REFUSED, seconds=7.0, peak_mb=300.0))
+        tally = ledger.tally("toy")
+        assert (tally.mean_seconds, tally.peak_mb) == (2.0, 200.0)
+        assert (sorted(tally.every_seconds), tally.highest_mb) == ([0.0, 1.0, 2.0, 5.0, 7.0], 300.0)
+        assert {row.unit for row in tally.others} == {"u2", "u4"}
         assert ledger.stages() == ["toy"]
 
 

@@ -59,7 +59,7 @@ def said(ledger: Ledger) -> list[object]:
     return [
         list(ledger.records()), ledger.stages(), ledger.count_files(),
         *([sorted(map(repr, ledger.rows(stage))), ledger.units(stage), ledger.units(stage, Status.DONE), ledger.tally(stage).status,
-           ledger.mean_seconds(stage), ledger.peak_mb(stage), list(ledger.records(stage)),
+           ledger.tally(stage).mean_seconds, ledger.tally(stage).peak_mb, list(ledger.records(stage)),
            *([ledger.next_attempt(stage, u), ledger.latest(stage, u), ledger.attempts(stage, u), ledger.last_good(stage, u)] for u in NAMES)]
           for stage in ("toy", "other", "neither")),
         [ledger.state(toy(u)) for u in NAMES], [ledger.state(toy(u, version=9)) for u in NAMES],

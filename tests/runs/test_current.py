@@ -30,4 +30,11 @@ def test_stored_records_are_those_of_the_ledger(tmp_path: Path, segment: int) ->
         assert {row.unit: row for row in held.rows("toy")} == {r.unit: row_of(r) for r in whole}
         assert all(row.status is Status.DONE for row in current.rows("toy"))
         assert not list(current.rows("other"))
+        for some in (stored, stored[4:8]):
+            told, counted = CurrentRecords({"toy": some}).tally("toy"), CurrentRecords({"toy": list(some)}).tally("toy")
+            assert (told.status, sorted(told.seconds), told.highest_mb) == (
+                counted.status,
+                sorted(counted.seconds),
+                counted.highest_mb,
+            )
         assert not current.of("other")

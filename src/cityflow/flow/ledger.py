@@ -166,7 +166,10 @@ class Ledger:
 
     def units(self, stage: str, status: Status | None = None) -> list[str]:
         """Names of the units that have a record, sorted; those whose newest record has `status` where given."""
-        return sorted(row.unit for row in self.rows(stage) if status is None or row.status is status)
+        if status is not None:
+            return sorted(row.unit for row in self.rows(stage) if row.status is status)
+        loose, table, joined = self._newest(stage)
+        return sorted([*(row.unit for row in loose), *table.names(joined)])
 
     def stages(self) -> list[str]:
         """Names of the stages that have records, sorted."""
@@ -188,14 +191,6 @@ class Ledger:
         key = quoted(stage), quoted(unit)
         found = self._found(*key)
         return max(self._mark(*key), found[0].attempt if found else 0) + 1
-
-    def mean_seconds(self, stage: str) -> float | None:
-        """Mean time of the units of a stage that gave a result, or None where there is none."""
-        return tally.mean_seconds if (tally := self.tally(stage)).seconds else None
-
-    def peak_mb(self, stage: str) -> float | None:
-        """Highest memory of the units of a stage that gave a result, or None where there is none."""
-        return tally.peak_mb if (tally := self.tally(stage)).seconds else None
 
     def state(self, task: Task) -> State:
         return self.state_and_attempt(task)[0]

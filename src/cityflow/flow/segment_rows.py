@@ -124,6 +124,11 @@ class Rows:
         """Less the rows that a mask names."""
         return Rows(self.table.filter(pa.array(~dead)))
 
+    def names(self, rows: IntArray) -> list[str]:
+        """Units of some rows."""
+        names: list[str] = self.table["unit"].take(pa.array(rows)).to_pylist()
+        return names
+
     def told(self, rows: IntArray) -> Iterator[Row]:
         """Rows of the table, as values."""
         table = self.table.select(NAMES)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from math import fsum
 
@@ -35,6 +35,14 @@ class Tally:
     last_begun: float = 0.0
     oldest: str = ""
 
+    @classmethod
+    def of(cls, rows: Iterable[Row]) -> Tally:
+        """Of rows, each the newest of its unit."""
+        tally = cls()
+        for row in rows:
+            _add(tally, row)
+        return tally
+
     @property
     def records(self) -> int:
         return sum(self.kinds.values())
@@ -43,6 +51,16 @@ class Tally:
     def status(self) -> dict[Status, int]:
         """How many units have which status; every status is a key."""
         return {s: sum(n for (status, _), n in self.kinds.items() if status is s) for s in Status}
+
+    @property
+    def every_seconds(self) -> list[float]:
+        """Of all units, in no order."""
+        return [*self.seconds, *(row.seconds for row in self.others if row.status not in GOOD)]
+
+    @property
+    def highest_mb(self) -> float:
+        """Memory of all units, those that gave no result among them."""
+        return max([self.peak_mb, *(row.peak_mb for row in self.others)])
 
     @property
     def mean_seconds(self) -> float:

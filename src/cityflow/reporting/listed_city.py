@@ -64,7 +64,7 @@ def _owned(
 
 def problems_of(records: CurrentRecords, stage: str) -> Iterator[ProblemRow]:
     """Tasks of a stage that did not end as asked; no other record is read."""
-    others = [row.unit for row in records.rows(stage) if row.status is not Status.DONE]
+    others = (row.unit for row in records.tally(stage).others)
     return (ProblemRow(r.stage, r.unit, r.status, r.reason) for r in records.some(stage, others))
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import gc
 import json
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from math import fsum
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from cityflow.core.orientation_figures import OrientationFigures
 from cityflow.core.parameters import merged
 from cityflow.errors import CityflowError, WorkflowError
 from cityflow.flow.ledger import Ledger
-from cityflow.flow.row import Row
+from cityflow.flow.tally import Tally
 from cityflow.io.crs import vertical_datum
 from cityflow.io.globe import globe_of
 from cityflow.pipeline.workflow_parameters import CityParameters
@@ -185,7 +185,7 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         crs="local metric frame" if reference.is_local else f"{reference.code} ({reference.name})",
         vertical_datum=vertical_datum(reference),
         units=city.units,
-        stages=tuple(stage_row(stage, sorted(records.rows(stage), key=lambda row: row.unit)) for stage in records.stages()),
+        stages=tuple(stage_row(stage, records.tally(stage)) for stage in records.stages()),
         problems=(*city.problems, *(p for stage in records.stages() if stage not in unit_stages for p in problems_of(records, stage))),
         products=tuple(_products(run)),
         sources=(Source(run.catalog.title, run.catalog.licence, run.catalog.attribution),),
@@ -240,13 +240,12 @@ def _placing(run: Prepared, survey: Survey) -> dict[str, str | float]:
     return {} if globe is None else dict(globe.placing.as_metadata())
 
 
-def stage_row(stage: str, records: Sequence[Row]) -> StageRow:
+def stage_row(stage: str, tally: Tally) -> StageRow:
     """Figures of the tasks of a stage, at least one."""
-    seconds = np.array([r.seconds for r in records])
-    count = Counter(r.status for r in records)
+    seconds, count = tally.every_seconds, tally.status
     return StageRow(
-        stage, len(records), count[Status.DONE], count[Status.DEGRADED], count[Status.FAILED], count[Status.REFUSED],
-        float(seconds.sum()), float(np.median(seconds)), float(seconds.max()), max(r.peak_mb for r in records),
+        stage, tally.records, count[Status.DONE], count[Status.DEGRADED], count[Status.FAILED], count[Status.REFUSED],
+        fsum(seconds), float(np.median(seconds)), max(seconds), tally.highest_mb,
     )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from typing import overload
 from cityflow.flow.inputs import Inputs, LeftBehind
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.row import Row, row_of
+from cityflow.flow.tally import Tally
 from cityflow.flow.task import Record, Task
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.pipeline import in_flow_order
@@ -46,6 +47,11 @@ class StoredRecords(Sequence[Record]):
 
     def __iter__(self) -> Iterator[Record]:
         return (record for unit in self.units if (record := self.ledger.latest(self.stage, unit)) is not None)
+
+    def tally(self) -> Tally:
+        """What they come to; no record is read."""
+        every = self.ledger.tally(self.stage)
+        return every if every.records == len(self.units) else self.ledger.tally(self.stage, self.units)
 
     def rows(self) -> Iterator[Row]:
         """In short, in no order; no record is read."""
@@ -83,6 +89,11 @@ class CurrentRecords:
         """Records of a stage in short, in no order."""
         found = self.of(stage)
         return found.rows() if isinstance(found, StoredRecords) else map(row_of, found)
+
+    def tally(self, stage: str) -> Tally:
+        """What the records of a stage come to."""
+        found = self.of(stage)
+        return found.tally() if isinstance(found, StoredRecords) else Tally.of(map(row_of, found))
 
     def checking(self, run: Prepared) -> Prepared:
         """The run, for readers that name a file in ``work/`` that is not as its record says."""

@@ -17,16 +17,14 @@ def costs_of(ledger: Ledger | None) -> dict[str, Cost]:
     return {s.name: _measured(s, ledger) if ledger else s.cost for s in PIPELINE}
 
 
-def usual_mb(ledger: Ledger) -> dict[str, float]:
+def usual_mb(costs: Mapping[str, Cost]) -> dict[str, float]:
     """Memory that a task of each stage asks for before more is known, MB."""
-    return {stage: cost.memory_mb for stage, cost in costs_of(ledger).items()}
+    return {stage: cost.memory_mb for stage, cost in costs.items()}
 
 
 def _measured(stage: Stage[City], ledger: Ledger) -> Cost:
-    cost = stage.cost
-    return Cost(
-        ledger.mean_seconds(stage.name) or cost.seconds, ledger.peak_mb(stage.name) or cost.memory_mb, cost.disk_mb
-    )
+    cost, tally = stage.cost, ledger.tally(stage.name)
+    return Cost(tally.mean_seconds or cost.seconds, tally.peak_mb or cost.memory_mb, cost.disk_mb)
 
 
 def expected_tasks(source: CitySource, costs: Mapping[str, Cost]) -> dict[str, Expected]:

@@ -185,8 +185,8 @@ def _undamaged(drive: _Drive, passes: Passes, talk: Talk) -> Survey:
     limit, root = wanted.workflow.city.execution.max_in_flight, wanted.store.root
     while True:
         with closing(RunNews(watcher(talk=talk))) as progress:
-            begin = partial(_begin, drive, progress)
-            source = FollowedCity(wanted, begin, costs_of(ledger), progress, threads_of(client), ledger)
+            begin, costs = partial(_begin, drive, progress), costs_of(ledger)
+            source = FollowedCity(wanted, begin, costs, progress, threads_of(client), ledger)
             progress.places = TilePlaces(source)
             progress.tell_to(publisher(client, root), TOLD_EVERY_S)
             progress.tell_to(drive.beat.hear, NEWS_EVERY_S)
@@ -198,7 +198,7 @@ def _undamaged(drive: _Drive, passes: Passes, talk: Talk) -> Survey:
                 redo=passes.redo,
                 progress=progress,
                 max_in_flight=limit,
-                usual_mb=usual_mb(ledger),
+                usual_mb=usual_mb(costs),
             )
             if summary.interrupted:
                 raise KeyboardInterrupt

@@ -138,14 +138,15 @@ def _followed(source: FollowedPart, client: Any, passes: Passes, talk: Talk) -> 
     """What ran, and files that were found damaged."""
     wanted, ledger = source.wanted, source.ledger
     root, limit = wanted.store.root, wanted.workflow.city.execution.max_in_flight
+    costs = costs_of(ledger)
     with closing(PartNews(watcher(talk=talk))) as news:
         source.begun = lambda: news.message(pages_told(client, root))
-        news.expect(_expected(source.chosen, costs_of(ledger)), threads_of(client))
+        news.expect(_expected(source.chosen, costs), threads_of(client))
         news.tell_to(publisher(client, root), TOLD_EVERY_S)
         news.tell_to(source.beat.hear, NEWS_EVERY_S)
         with others_kept(client, root, lambda: {(r.stage, r.unit) for r in news.ran}):
             summary = run_tasks(
-                source, client, wanted.store, ledger, redo=passes.redo, progress=news, max_in_flight=limit, usual_mb=usual_mb(ledger)
+                source, client, wanted.store, ledger, redo=passes.redo, progress=news, max_in_flight=limit, usual_mb=usual_mb(costs)
             )  # fmt: skip
         if summary.interrupted:
             raise KeyboardInterrupt
