@@ -25,8 +25,8 @@ test: $(VENV)/.dev
 check: lint types layers spelling
 
 lint: $(VENV)/.dev
-	$(BIN)/ruff check src tests benchmarks
-	$(BIN)/ruff format --check src tests benchmarks
+	$(BIN)/ruff check src tests benchmarks notebooks
+	$(BIN)/ruff format --check src tests benchmarks notebooks
 
 # Two processes must find each other within seconds, which they do not on a machine under load; then one does it
 types: $(VENV)/.dev

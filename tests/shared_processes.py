@@ -41,7 +41,12 @@ TOGETHER = {
         "flow/test_deploy.py",
         "flow/test_store_outage.py",
     ),
-    "a browser and the painted town": ("browser", "reporting/test_report_pages.py", "reporting/test_view.py"),
+    "a browser and the painted town": (
+        "api/test_finished_run.py",
+        "browser",
+        "reporting/test_report_pages.py",
+        "reporting/test_view.py",
+    ),
     "orientations on a cluster": (
         "workflow/test_orient.py",
         "workflow/test_orient_bad_photographs.py",

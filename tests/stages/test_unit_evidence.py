@@ -98,7 +98,7 @@ def test_a_shed_whose_cells_were_taken_for_vegetation_keeps_its_roof(points: int
         "dtm": np.zeros(grid.shape, np.float32),
         "class": np.full(grid.shape, HIGH_VEGETATION, np.uint8),
     }
-    kept = unit_evidence._roof_points(cloud, grid, layers, replace(GIVEN, uneven=0.2))
+    kept = unit_evidence.roof_points(cloud, grid, layers, GIVEN.classified, 0.2)
     assert shapely.contains_xy(shed, *kept.xyz[:, :2].T).all()
     on_roof = kept.xyz[:, 2] < 2.45
     assert on_roof.sum() >= 0.9 * points

@@ -13,13 +13,14 @@ from cityflow.core.control_points import Role
 from cityflow.errors import WorkflowError
 from cityflow.io.control_points.read_points import read_control_points
 from cityflow.runs.prepare import prepared
+from cityflow.runs.project_files import project_file
 from cityflow.runs.request import Request
 from cityflow.workflow import demo
 
 
 @pytest.mark.parametrize("city", [c for c in demo.CITIES if c.catalog], ids=lambda c: c.name)
 def test_workflow_area_and_catalog_fit_together(city: demo.City, tmp_path: Path) -> None:
-    workflow, catalog = demo.project_file(city.workflow), demo.project_file(city.catalog)
+    workflow, catalog = project_file(city.workflow), project_file(city.catalog)
     run = prepared(workflow, str(catalog), str(tmp_path / "run"), (), city.aoi)
     tasks = list(run.source().initial())
     assert {t.stage for t in tasks} == {"ingest"}
@@ -31,16 +32,16 @@ def test_the_flight_has_five_cameras_and_a_workflow_of_its_own(tmp_path: Path) -
     assert parameters.seed == 3
     assert parameters.flight is not None
     assert len(parameters.flight.heads) == 5
-    assert demo.project_file(demo.FLIGHT.workflow).is_file()
+    assert project_file(demo.FLIGHT.workflow).is_file()
 
 
 def test_photographs_and_control_points_are_shipped() -> None:
     (city,) = demo.chosen_cities(["photographs"])
-    assert len(list(demo.project_file(city.photographs).glob("*.jpg"))) == 28
-    points = read_control_points(demo.project_file(city.control))
+    assert len(list(project_file(city.photographs).glob("*.jpg"))) == 28
+    points = read_control_points(project_file(city.control))
     assert len(points.of_role(Role.CONTROL)) >= 5
     names = {m.image for p in points.points for m in p.marks}
-    assert all((demo.project_file(city.photographs) / name).is_file() for name in names)
+    assert all((project_file(city.photographs) / name).is_file() for name in names)
 
 
 def test_cities_come_in_the_demonstrations_order_and_unknown_ones_are_refused() -> None:
@@ -52,7 +53,7 @@ def test_cities_come_in_the_demonstrations_order_and_unknown_ones_are_refused() 
 
 def test_outside_the_project_a_missing_file_is_named() -> None:
     with pytest.raises(WorkflowError, match=r"catalogs/nowhere.*project's folder"):
-        demo.project_file("catalogs/nowhere")
+        project_file("catalogs/nowhere")
 
 
 def test_each_city_is_made_in_its_folder_and_said_with_its_verdict(

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from cityflow.runs.project_files import named_workflow
 from cityflow.workflow import completion
 
 console = Console()
@@ -19,7 +20,8 @@ RunArgument = Annotated[
 
 
 WorkflowArgument = Annotated[
-    Path, typer.Argument(help="Workflow file, see workflows/", autocompletion=completion.workflows)
+    Path,
+    typer.Argument(help="Workflow file, see workflows/", autocompletion=completion.workflows, callback=named_workflow),
 ]
 
 

@@ -119,8 +119,8 @@ def orient(
     )  # fmt: skip
     run_orientation(asked, folder, scheduler, workers, options.console)
     if city:
+        from cityflow.runs.project_files import project_file
         from cityflow.runs.request import Request
-        from cityflow.workflow.demo import project_file
         from cityflow.workflow.run import run_workflow
 
         file = workflow or project_file(LIDAR_PHOTOS_CITY if onto else PHOTOS_CITY)

@@ -22,6 +22,7 @@ from cityflow.flow.talk import Talk
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.reporting.view import CITY
 from cityflow.runs.orientation_asked import OrientationAsked
+from cityflow.runs.project_files import project_file
 from cityflow.runs.request import Request
 from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.flight_presets import preset
@@ -158,17 +159,3 @@ def chosen_cities(names: Sequence[str]) -> tuple[City, ...]:
             remedy=f"one of {', '.join(c.name for c in every)}",
         )
     return tuple(c for c in every if c.name in names) if names else CITIES
-
-
-def project_file(path: str) -> Path:
-    """A workflow or catalog of this project: in the present folder, else beside the source.
-
-    Raises
-    ------
-    WorkflowError
-        It is in neither.
-    """
-    for folder in (Path(), Path(__file__).resolve().parents[3]):
-        if (folder / path).exists():
-            return folder / path
-    raise WorkflowError("no such file of the project", where=path, remedy="run this in the project's folder")

@@ -112,7 +112,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     workspace.write(CANDIDATES, _candidate_lines(outline, evidence, choice))
     if choice.candidate.solid is None or choice.status is Status.FAILED:
         return workspace.outcome(choice.status, choice.reason, result)
-    workspace.write(HULL, feature_line(_building(outline, evidence, choice, {**given.source, **measures})))
+    workspace.write(HULL, feature_line(finished_building(outline, evidence, choice, {**given.source, **measures})))
     return workspace.outcome(choice.status, choice.reason, result)
 
 
@@ -145,7 +145,10 @@ def _candidate_lines(outline: Outline, evidence: Evidence, choice: Choice) -> by
     return b"".join(feature_line(b) for b in buildings)
 
 
-def _building(outline: Outline, evidence: Evidence, choice: Choice, attributes: Mapping[str, Scalar]) -> Building:
+def finished_building(
+    outline: Outline, evidence: Evidence, choice: Choice, attributes: Mapping[str, Scalar]
+) -> Building:
+    """The building of a choice that has a solid."""
     candidate = choice.candidate
     assert candidate.solid is not None
     lower = {lod: candidate.blocks.get(lod, candidate.solid) for lod in (Lod.LOD12, Lod.LOD13)}

@@ -142,7 +142,7 @@ def read_evidence(store: Store, given: EvidenceInputs, outline: Outline, wanted_
     near = grown(outline.polygon.bounds, AROUND_M)
     seen = _rasters(store, given, outline)
     grid, layers = seen.grid, seen.layers
-    points = _in_order(read_points(store, given.pieces, near))
+    points = in_order(read_points(store, given.pieces, near))
     shapely.prepare(outline.polygon)
     inside = points.take(shapely.contains_xy(outline.polygon, points.xyz[:, 0], points.xyz[:, 1]))
     floor = floor_of(grid, layers["dtm"], outline.polygon)
@@ -150,16 +150,16 @@ def read_evidence(store: Store, given: EvidenceInputs, outline: Outline, wanted_
         _complain(given, len(inside))
     close = points.take(distances_to_outline(outline.polygon, points.xyz) <= AROUND_M)
     return Evidence(
-        outline.id, outline.polygon, _roof_points(inside, grid, layers, given), floor,
+        outline.id, outline.polygon, roof_points(inside, grid, layers, given.classified, given.uneven), floor,
         outline.aspects, outline.slopes,
-        around=_part_of_houses(close, grid, layers["dtm"]), walls=_walls_in_order(read_walls(store, given.walls, near)),
+        around=part_of_houses(close, grid, layers["dtm"]), walls=_walls_in_order(read_walls(store, given.walls, near)),
         heights=seen.heights, pictures=seen.pictures or _given_pictures(given, outline),
         party=outline.party, edges=outline.edges, roof=outline.roof, wanted_type=wanted_type, alike_m=given.alike_m,
         rims=outline.rims, matched=given.matched, covered=_covered(store, given, outline, near),
     )  # fmt: skip
 
 
-def _in_order(points: PointCloud) -> PointCloud:
+def in_order(points: PointCloud) -> PointCloud:
     """The same points in an order of their own: another index or tiling must not change a sum in its last digit."""
     x, y, z = points.xyz.T
     keys = (points.number_of_returns, points.return_number, points.classification, z, y, x)
@@ -255,27 +255,34 @@ def floor_of(grid: Grid, dtm: FloatArray | Float32Array, outline: shapely.Polygo
     return float(np.floor(np.nanmin(ground) * 100)) / 100 if np.isfinite(ground).any() else float("nan")
 
 
-def _roof_points(points: PointCloud, grid: Grid, layers: Mapping[str, np.ndarray], given: EvidenceInputs) -> PointCloud:
+def roof_points(
+    points: PointCloud, grid: Grid, layers: Mapping[str, np.ndarray], classified: bool, uneven: float
+) -> PointCloud:
     """Points of the building class; where the survey has no such class, high points that are not vegetation.
 
     Among scanned points an even patch is a roof, whatever its cells were taken for: those of a shed in a garden are few, and
     half of them have leaves in them. Where nothing is even, or too few points are there to say, those count that stopped their pulse.
+
+    Parameters
+    ----------
+    layers : ``dtm`` and ``class`` on `grid`
+    classified, uneven : as in `EvidenceInputs`
     """
     usable = points.take(np.isfinite(points.xyz[:, 2]))
-    if given.classified:
+    if classified:
         return usable.of_class(BUILDING)
     x, y, z = usable.xyz.T
     noise = np.isin(usable.classification, NOISE)
     high = usable.take((z - sample(grid, layers["dtm"], x, y) > LOWEST_ROOF_M) & ~noise)
     row, col = (np.clip(i, 0, n - 1) for i, n in zip(grid.indices(*high.xyz[:, :2].T), grid.shape, strict=True))
     kept = layers["class"][row, col] != HIGH_VEGETATION
-    if not given.uneven:
+    if not uneven:
         return high.take(kept)
-    kept |= ~is_foliage(high, given.uneven)
+    kept |= ~is_foliage(high, uneven)
     return high.take(kept if kept.sum() >= NEIGHBOURS else high.return_number >= high.number_of_returns)
 
 
-def _part_of_houses(points: PointCloud, grid: Grid, dtm: np.ndarray) -> PointCloud:
+def part_of_houses(points: PointCloud, grid: Grid, dtm: np.ndarray) -> PointCloud:
     """What is above the ground and of no other class."""
     usable = points.take(np.isfinite(points.xyz[:, 2]) & ~np.isin(points.classification, NO_PART_OF_HOUSES))
     x, y, z = usable.xyz.T
