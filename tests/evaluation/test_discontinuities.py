@@ -87,6 +87,16 @@ def test_solids_are_cut_as_boxes_are() -> None:
     assert [j.found for j in nothing.judged] == [False, False]
 
 
+def test_a_storey_that_ends_a_little_higher_than_the_true_one_is_found() -> None:
+    """The next level is close above: there the wall of the model has only begun."""
+    levels = np.array([[4.0, 2.0], [8.4, 0.4]])
+    true = Boxes((((0, 0, 20, 12), (0, 9.6)), ((5, -1.5, 9, 0), (2.0, 8.0))))
+    model = Boxes((((0, 0, 20, 12), (0, 9.6)), ((5, -1.5, 9, 0), (2.0, 8.15))))
+    (judged,) = compare_discontinuities(true, model, levels).judged
+    assert judged.found
+    assert judged.height_m == pytest.approx(0.15, abs=0.002)
+
+
 def test_only_what_lies_within_the_area_counts() -> None:
     solids = tuple(
         extrude([[(p[0], p[1]), (p[2], p[1]), (p[2], p[3]), (p[0], p[3])]], *z) for p, z in arcade_and_set_back().parts

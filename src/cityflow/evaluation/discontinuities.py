@@ -169,11 +169,14 @@ def _wide(shape: BaseGeometry, depth_m: float, length_m: float) -> Iterator[Poly
 
 
 def _is_upright(hull: Hull, wall: BaseGeometry, level: FloatArray) -> bool:
-    """Whether most of a border of a section is the same a little above and below: a wall, not the line where a roof is cut."""
+    """Whether most of a border of a section is the same a little above or a little below: a wall, not the line where a roof is cut.
+
+    A roof is elsewhere on both sides. A wall may end just there: a storey of a model may be some centimetres too high.
+    """
     by = min(UPRIGHT_M, 0.8 * level[1])
     at = shapely.points(shapely.get_coordinates(shapely.segmentize(wall, PROBE_M)))
     far = [shapely.distance(at, hull.section(level[0] + d).boundary) for d in (-by, by)]
-    return bool(np.mean(np.nan_to_num(np.maximum(*far), nan=np.inf) <= LEAN * by + 2 * SLACK_M) >= HALF)
+    return bool(np.mean(np.nan_to_num(np.fmin(*far), nan=np.inf) <= LEAN * by + 2 * SLACK_M) >= HALF)
 
 
 def _wall_places(true: Discontinuity) -> tuple[FloatArray, FloatArray]:
