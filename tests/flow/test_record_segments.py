@@ -21,6 +21,7 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.local_folder import LocalFolder
 from cityflow.flow.record_segments import FOLDER, LINES, TABLE
 from cityflow.flow.records import mark_path, record_path, write_mark, write_record
+from cityflow.flow.segment_rows import ordered
 from cityflow.flow.state import State
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
@@ -415,3 +416,13 @@ def test_copies_of_segments_in_the_cache_are_checked_and_go_with_them(
     with Ledger.open(store) as ledger:
         assert ledger.state(toy("u00")) is State.MISSING
     assert os.listdir(copies) == []
+
+
+@pytest.mark.parametrize("kinds", [1, 30, 100_000])
+def test_rows_are_in_the_order_of_key_attempt_and_start(kinds: int) -> None:
+    """Also where all three are alike: then in the order of the table."""
+    drawn = np.random.default_rng(kinds)
+    key, attempt = drawn.integers(0, kinds, 2000).astype(np.uint64), drawn.integers(1, 4, 2000).astype(np.int32)
+    started = drawn.integers(0, 3, 2000).astype(np.float64)
+    assert ordered(key, attempt, started).tolist() == np.lexsort((started, attempt, key)).tolist()
+    assert ordered(key[:0], attempt[:0], started[:0]).tolist() == []

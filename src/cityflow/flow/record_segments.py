@@ -114,7 +114,7 @@ def segment_of(name: str, path: str, data: bytes) -> Segment | None:
     """A segment from its table; None where the table is not what its name says."""
     if path != f"{FOLDER}/{name}.{checksum(data)}{TABLE}":
         return None
-    table = pq.read_table(pa.BufferReader(data), read_dictionary=_WORDS, use_threads=False)
+    table = pq.ParquetFile(pa.BufferReader(data), read_dictionary=_WORDS).read(use_threads=False)
     frames: list[Frame] = [Frame(*frame) for frame in json.loads(table.schema.metadata[b"frames"])]
     return Segment(name, frames, table)
 
