@@ -34,6 +34,7 @@ export class City {
     this.raycaster = new Raycaster();
     this.tiles = null;
     this.edges = null;
+    this.former = null;
     // what a lost context held is fetched again: pixels are let go of once they are drawn
     stage.canvas.addEventListener('webglcontextrestored', () => this.load());
     this.load();
@@ -47,6 +48,54 @@ export class City {
   load() {
     if (this.isEmpty) return;
     this.#dispose();
+    this.#forgetFormer();
+    this.#begin();
+  }
+
+  /** The run has other models now. Those of before stay in sight until the new ones are there, and are kept. */
+  async renew() {
+    if (this.isEmpty) return;
+    const { tiles, models, sharpener } = this;
+    this.#forgetFormer();
+    if (!tiles) return this.#begin();
+    sharpener.end();
+    this.former = { tiles, models };
+    this.models = new Map();
+    this.#begin();
+    this.tiles.group.visible = false;
+    await this.#arrival(this.tiles);
+    this.showFormer(false);
+    this.#outline();
+  }
+
+  /** Until what is in sight is loaded. */
+  #arrival(tiles) {
+    return new Promise((resolve) => {
+      const look = () => {
+        if (this.tiles === tiles && (this.isLoading || !this.models.size) && !this.failures.length) setTimeout(look, 30);
+        else resolve();
+      };
+      look();
+      this.stage.changed();
+    });
+  }
+
+  /** Show the models of before the last change in place of those of now, or these again. */
+  showFormer(isShown) {
+    if (!this.former || !this.tiles) return;
+    this.former.tiles.group.visible = isShown;
+    this.tiles.group.visible = !isShown;
+    this.stage.changed();
+  }
+
+  #forgetFormer() {
+    if (!this.former) return;
+    this.stage.scene.remove(this.former.tiles.group);
+    this.former.tiles.dispose();
+    this.former = null;
+  }
+
+  #begin() {
     const tiles = new TilesRenderer(`../${this.about.sets[this.set]}`);
     const loader = new GLTFLoader(tiles.manager);
     loader.register((parser) => new TablesPlugin(parser));
@@ -60,8 +109,9 @@ export class City {
     if (this.about.frame) {
       new Matrix4().fromArray(this.about.frame).invert().decompose(tiles.group.position, tiles.group.quaternion, tiles.group.scale);
     }
-    tiles.addEventListener('load-model', ({ scene, tile, url }) => this.#loaded(scene, url ?? tile.content?.uri ?? ''));
-    tiles.addEventListener('dispose-model', ({ scene }) => this.#gone(scene));
+    tiles.addEventListener('load-model', ({ scene, tile, url }) => this.tiles === tiles && this.#loaded(scene, url ?? tile.content?.uri ?? ''));
+    const { models } = this;
+    tiles.addEventListener('dispose-model', ({ scene }) => gone(scene, models));
     tiles.addEventListener('load-error', ({ url, error }) => this.#failed(url, error));
     for (const event of ['needs-update', 'needs-render', 'load-tileset', 'load-content', 'tiles-load-end']) {
       tiles.addEventListener(event, this.stage.changed);
@@ -217,15 +267,6 @@ export class City {
     this.stage.changed();
   }
 
-  #gone(scene) {
-    const model = this.models.get(scene);
-    if (!model) return;
-    model.colours?.dispose();
-    for (const mesh of model.meshes) mesh.material.dispose();
-    for (const lines of model.creases ?? []) lines.geometry.dispose();
-    this.models.delete(scene);
-  }
-
   #dress(model) {
     const mode = model.tables ? MODES[this.mode] : PHOTOGRAPHS;
     if (mode === UNIT) this.#paint(model);
@@ -283,6 +324,16 @@ export class City {
     this.tiles.dispose();
     this.models.clear();
   }
+}
+
+/** Let go of a model that is needed no more. */
+function gone(scene, models) {
+  const model = models.get(scene);
+  if (!model) return;
+  model.colours?.dispose();
+  for (const mesh of model.meshes) mesh.material.dispose();
+  for (const lines of model.creases ?? []) lines.geometry.dispose();
+  models.delete(scene);
 }
 
 /** Between two looks at all tiles, in times of what a look takes: in a large city it takes long, and each tile that comes asks for one. */

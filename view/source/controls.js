@@ -63,8 +63,10 @@ function wireHelp() {
 }
 
 /** Esc leaves one thing at a time: help, the tool in hand, flying, the layers of a narrow screen, then the panel. */
-function escape({ tools, stage }, setFlying, choose) {
+function escape(page, setFlying, choose) {
+  const { tools, stage } = page;
   if (byId('help').open) byId('help').close();
+  else if (page.taking) page.taking = null;
   else if (tools.active || tools.isTelling) tools.stop();
   else if (stage.isFlying) setFlying(false);
   else if (byId('layers').classList.contains('open')) fold(false);

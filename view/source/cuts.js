@@ -18,7 +18,7 @@ export function pickCut({ layers, stage }, { clientX, clientY }) {
   return found;
 }
 
-function distanceToSegment(p, a, b) {
+export function distanceToSegment(p, a, b) {
   const way = [b[0] - a[0], b[1] - a[1]];
   const t = Math.min(Math.max(((p[0] - a[0]) * way[0] + (p[1] - a[1]) * way[1]) / (way[0] ** 2 + way[1] ** 2 || 1), 0), 1);
   return Math.hypot(p[0] - a[0] - t * way[0], p[1] - a[1] - t * way[1]);

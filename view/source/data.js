@@ -27,9 +27,26 @@ async function load(path, read) {
   return read(response);
 }
 
+/** Everything is read again: the run has gone on. */
+export function forget() {
+  fetched.clear();
+  window.cityflowEarly = null;
+}
+
 /** World coordinates of a place in the page's frame: polynomials of second degree that follow the map's projection. */
 export function toWorld(city, [e, n, u]) {
   if (!city.world) return [e, n, u];
   const terms = [1, e, n, u, e * e, e * n, n * n, e * u, n * u];
   return city.world.map((row) => row.reduce((sum, c, i) => sum + c * terms[i], 0));
+}
+
+/** Place in the page's frame of world coordinates: the same polynomials turned round (Newton). */
+export function toPage(city, world) {
+  if (!city.world) return [...world];
+  const place = world.map((v, k) => v - city.world[k][0]);
+  for (let step = 0; step < 6; step += 1) {
+    const off = toWorld(city, place);
+    for (const k of [0, 1, 2]) place[k] += world[k] - off[k];
+  }
+  return place;
 }

@@ -80,6 +80,14 @@ export class Layers {
     this.stage.changed();
   }
 
+  /** What is drawn is of before: read it again. Returns a promise for each layer that is shown. */
+  renew() {
+    const shown = [...this.groups].filter(([, group]) => group.visible).map(([name]) => name);
+    for (const group of this.groups.values()) this.stage.scene.remove(group);
+    this.groups.clear();
+    return shown.map((name) => this.show(name, true));
+  }
+
   /** Objects of a layer, for picking. */
   objects(name) {
     const group = this.groups.get(name);

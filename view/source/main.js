@@ -6,6 +6,7 @@ import { City } from './city.js';
 import { wireControls } from './controls.js';
 import { evidenceOf, pickCut } from './cuts.js';
 import { json } from './data.js';
+import { openDesk, watchOnly, wireDesk } from './desk/desk.js';
 import { byId, element, say } from './elements.js';
 import { keepClear } from './free.js';
 import { drawLayerLegend, drawLegend } from './legend.js';
@@ -49,7 +50,9 @@ async function start() {
     return giveUp('This browser has no WebGL, which drawing a city needs; here are the pictures of the report instead.');
   }
   const [about, index, served] = await reading;
+  const desk = served.desk ? openDesk() : null;
   if (!about.sets.rectified && !about.sets.raw) {
+    if (desk) return watchOnly(desk);
     return giveUp('This run has no 3D Tiles: either nothing has been exported yet, or it was made by an earlier version. Run the workflow again, and then `cityflow view RUN`.');
   }
   head(about, served);
@@ -71,16 +74,14 @@ async function start() {
   markMiddle(stage, tools);
   showBearings(stage);
   wireControls(page, { choose: (id) => choose(page, id) });
-  fillSearch(index, async (id) => {
-    choose(page, id);
-    const unit = await index.find(id);
-    if (unit) approach(page, unit);
-  });
+  fillSearch(index, (id) => go(page, id));
   city.onfailure = (url) => say(`A part of the city could not be loaded: ${url}`);
   await restore(page);
   new ResizeObserver(() => city.resize()).observe(byId('canvas').parentElement);
   notes(about);
   if (!byId('status').textContent) say('');
+  page.go = (id) => go(page, id);
+  if (desk) Object.assign(window.cityflowView, await wireDesk(desk, page));
   window.cityflowView.isReady = true;
   stage.changed();
   return undefined;
@@ -105,7 +106,7 @@ function stageOrNull() {
 /** How the run is named on the command line of whoever serves the page, RUN where nobody says; and where other cities are. */
 async function servedRun() {
   const served = await json('served.json').catch(() => null);
-  return { run: served?.run ?? 'RUN', cities: served?.cities ?? null };
+  return { run: served?.run ?? 'RUN', cities: served?.cities ?? null, desk: served?.desk ?? false };
 }
 
 function head(about, { cities }) {
@@ -198,9 +199,11 @@ function keyed(page, { key, shiftKey, ctrlKey, metaKey, repeat }) {
 
 /** A tool takes the click, else a failed outline or cut line that is drawn there, else the building. */
 function clicked(page, event) {
-  const { stage, city, tools, layers } = page;
+  const { stage, city, tools, layers, drawing } = page;
+  if (page.taking) return page.taking(event);
   const ndc = stage.ndc(event);
   const hit = city.pick(ndc);
+  if (drawing?.isActive) return drawing.click(hit);
   if (tools.active) return tools.click(hit);
   const cut = pickCut(page, event);
   if (cut) return tools.tell(...evidenceOf(cut));
@@ -217,6 +220,12 @@ function choose(page, id, surface = null) {
   page.clear(!window.cityflowView.isReady);
   if (id !== null && window.cityflowView.isReady) uncover(page, id);
   return opened;
+}
+
+async function go(page, id) {
+  choose(page, id);
+  const unit = await page.index.find(id);
+  if (unit) approach(page, unit);
 }
 
 async function uncover({ index, city, stage }, id) {

@@ -50,6 +50,7 @@ export class Panel {
     if (this.asked !== id) return;
     const parts = [this.#head(unit, known, surface), this.#command(id, unit), this.#quality(unit, known), candidates(unit, known), sources(known, images[id]), attributes(known)];
     body.replaceChildren(...parts.filter(Boolean));
+    this.wired.onopened?.(id, unit, known, body);
     say(`${id}: ${STATUS[unit.status][0]}${known.reason ? `, ${known.reason}` : ''}`);
   }
 

@@ -5,13 +5,18 @@ const MOST_FOUND = 30;
 
 export class Units {
   /** @param {object} root data/index.json: a row for each tile, where each part of the sorted ids begins, where the city ends */
-  constructor({ fields, rows, ids = [], ends = [] }) {
+  constructor(root) {
+    this.renew(root);
+    this.reading = 0;
+  }
+
+  /** The run has gone on: everything is read again when it is asked for. */
+  renew({ fields, rows, ids = [], ends = [] }) {
     this.tiles = asObjects(fields, rows);
     this.names = new Set(this.tiles.map(({ name }) => name));
     Object.assign(this, { firsts: ids, ends });
     this.byId = new Map();
     this.tables = new Map();
-    this.reading = 0;
   }
 
   /** The table of a tile: cut lines, shapes of failures; its buildings are in `byId` then. Empty for a tile without buildings. */

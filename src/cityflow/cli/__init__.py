@@ -15,9 +15,10 @@ from cityflow import __version__
 from cityflow.cli import options
 from cityflow.cli.catalog import FilesUnquoted, catalog_check, catalog_create
 from cityflow.cli.evaluate import PointsFirst, evaluate_outlines, evaluate_points, evaluate_units
+from cityflow.cli.in_browser import desk, view
 from cityflow.cli.orient import orient
 from cityflow.cli.rasters import raster
-from cityflow.cli.runs import cancel, explain, join, plan, report, rerun, run, status, submit, view
+from cityflow.cli.runs import cancel, explain, join, plan, report, rerun, run, status, submit
 from cityflow.cli.surveys import demo, synth
 from cityflow.cli.updates import update
 from cityflow.runs.common_keys import described_common
@@ -76,6 +77,7 @@ TOP: tuple[Callable[..., None], ...] = (
     explain,
     report,
     view,
+    desk,
     raster,
     join,
     orient,

@@ -273,16 +273,3 @@ def report(
     from cityflow.reporting.run_report import print_report
 
     print_report(run_url, settings or [], options.console)
-
-
-def view(
-    run_urls: Annotated[list[str], typer.Argument(metavar="RUN…", help="Folders or URLs of runs")],
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port on this machine; 0: any free one")] = 8123,
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open it in the browser")] = True,
-) -> None:
-    """View runs in the browser: the textured city, figures of buildings, measurements, sections."""
-    for url in run_urls:
-        look_at_run(url)
-    from cityflow.workflow.serve import view_runs
-
-    view_runs(run_urls, port, browser, options.console)

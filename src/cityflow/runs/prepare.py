@@ -20,6 +20,7 @@ from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.io.crs import suspicion
 from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.catalog_fits import refuse_unfit
+from cityflow.runs.edits_file import with_own_edits
 from cityflow.runs.first_look import DESCRIPTION, RUNS
 from cityflow.runs.known_keys import known_keys, sources_digest
 from cityflow.runs.look_at_survey import resolved, unnamed
@@ -73,7 +74,8 @@ class Prepared:
     def source(self, ledger: Ledger | None = None) -> CitySource:
         """The tasks of the run; `ledger`: its records, for whoever asks what is done."""
         plans = RunPlans(self.store, DESCRIPTION, sources_digest())
-        return CitySource(self.catalog, self.workflow.city, self.area, self.overrides, plans, ledger)
+        city = with_own_edits(self.workflow.city, self.store)
+        return CitySource(self.catalog, city, self.area, self.overrides, plans, ledger)
 
     def catalog_digest(self) -> str:
         """Of all that the catalog says: the same for the same catalog read by the same program."""

@@ -20,17 +20,25 @@ class Suspect:
     reason: str
 
 
+def worth_of(
+    status: str, verdict: str, probability: float | None, rmse: float | None
+) -> tuple[bool, bool, bool, bool, float, float]:
+    """Sorts buildings by what a look at them is worth: without a model, poor, to look at, simplified, then the others; of each the least probable first, and
+    of those alike the one furthest from its points.
+
+    >>> worth_of("failed", "poor", None, None) < worth_of("done", "look", 0.2, 0.5) < worth_of("degraded", "good", 0.9, 0.1)
+    True
+    """
+    judged = verdict in (Verdict.LOOK, Verdict.POOR)
+    return (
+        status != Status.FAILED, verdict != Verdict.POOR, not judged, status != Status.DEGRADED,
+        probability if probability is not None else 1.0 if verdict == Verdict.GOOD else 0.0, -(rmse or 0.0),
+    )  # fmt: skip
+
+
 def review_list(units: Sequence[UnitRow]) -> list[Suspect]:
     """Buildings that are poor or should be looked at: those without a model, then the poor ones, then the others; each from the least probable on,
     of those alike the one furthest from its points first."""
     found = [u for u in units if u.verdict in (Verdict.LOOK, Verdict.POOR) or u.status is Status.FAILED]
-    found.sort(
-        key=lambda u: (
-            u.status is not Status.FAILED,
-            u.verdict != Verdict.POOR,
-            u.good_probability or 0.0,
-            -(u.rmse or 0.0),
-            u.id,
-        )
-    )
+    found.sort(key=lambda u: (*worth_of(u.status, u.verdict, u.good_probability, u.rmse), u.id))
     return [Suspect(u, u.verdict_reason or u.reason or NO_REASON) for u in found]

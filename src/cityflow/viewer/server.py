@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
@@ -33,29 +33,32 @@ class Served:
     ----------
     name : first part of its addresses where several are served
     run : how it is named on the command line
+    more : what else its page learns of the server
     """
 
     name: str
     run: str
     read: Read
+    more: Mapping[str, Any] = field(default_factory=dict)
 
 
 def server_for(
-    runs: Sequence[Served], host: str, port: int, start: Callable[[], bytes] | None = None
-) -> ThreadingHTTPServer:
+    runs: Sequence[Served], host: str, port: int, start: Callable[[], bytes] | None = None, base: type[FileHandler] | None = None
+) -> ThreadingHTTPServer:  # fmt: skip
     """A server that is bound, and serves when it is told to.
 
     Parameters
     ----------
     runs : one, whose files stand at the root; or several, each below its name
     start : makes the page from which several are reached
+    base : answers requests, where more than files is asked for
 
     Raises
     ------
     OSError
         The port is taken.
     """
-    server = _Server((host, port), _handler(runs, start))
+    server = _Server((host, port), _handler(runs, start, base or FileHandler))
     server.daemon_threads = True
     return server
 
@@ -66,8 +69,10 @@ class _Server(ThreadingHTTPServer):
     request_queue_size = 64
 
 
-def _handler(runs: Sequence[Served], start: Callable[[], bytes] | None) -> type[BaseHTTPRequestHandler]:
-    class Handler(_Handler):
+def _handler(
+    runs: Sequence[Served], start: Callable[[], bytes] | None, base: type[FileHandler]
+) -> type[BaseHTTPRequestHandler]:
+    class Handler(base):  # type: ignore[misc, valid-type]  # chosen by the caller
         pass
 
     Handler.runs = {r.name if start else "": r for r in runs}
@@ -132,7 +137,7 @@ def span_of(header: str, size: int) -> tuple[int, int] | None:
     return start, end
 
 
-class _Handler(BaseHTTPRequestHandler):
+class FileHandler(BaseHTTPRequestHandler):
     """One request; `runs` and `start` belong to the server."""
 
     protocol_version = "HTTP/1.1"
@@ -142,34 +147,38 @@ class _Handler(BaseHTTPRequestHandler):
     start: Callable[[], bytes] | None
 
     def do_GET(self) -> None:
-        self._answer(with_body=True)
+        self.answer_file(with_body=True)
 
     def do_HEAD(self) -> None:
-        self._answer(with_body=False)
+        self.answer_file(with_body=False)
+
+    def is_reached_as(self, host: str) -> bool:
+        """Whether a request may name this machine so."""
+        return is_local(host)
 
     def log_message(self, format: str, *args: Any) -> None:
         """Silence: a viewer asks for hundreds of files."""
 
-    def _answer(self, with_body: bool) -> None:
-        if not is_local(self.headers.get("Host", "")):
+    def answer_file(self, with_body: bool) -> None:
+        if not self.is_reached_as(self.headers.get("Host", "")):
             refused = b"Only reached as 127.0.0.1 or localhost.\n"
-            self._send(HTTPStatus.FORBIDDEN, refused, {"Content-Type": TYPES["txt"]}, with_body)
+            self.send(HTTPStatus.FORBIDDEN, refused, {"Content-Type": TYPES["txt"]}, with_body)
             return
         name, target = place_of(self.path, self.runs)
         start = type(self).start
         if urlsplit(target).path in ("/", ""):
             if name or start is None:
                 place = f"/{quote(name)}" if name else ""
-                self._send(HTTPStatus.FOUND, b"", {"Location": f"{place}/view/index.html"}, with_body)
+                self.send(HTTPStatus.FOUND, b"", {"Location": f"{place}/view/index.html"}, with_body)
             else:
-                self._send(
+                self.send(
                     HTTPStatus.OK, start(), {"Content-Type": TYPES["html"], "Cache-Control": "no-cache"}, with_body
                 )
             return
         path = path_of(target)
         data = None if path is None or name not in self.runs else self._contents(self.runs[name], path)
         if data is None or path is None:
-            self._send(
+            self.send(
                 HTTPStatus.NOT_FOUND, b"There is no such file in this run.\n", {"Content-Type": TYPES["txt"]}, with_body
             )
             return
@@ -182,20 +191,22 @@ class _Handler(BaseHTTPRequestHandler):
             span = span_of(self.headers.get("Range", ""), len(data))
         except ValueError:
             headers["Content-Range"] = f"bytes */{len(data)}"
-            self._send(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, b"", headers, with_body)
+            self.send(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, b"", headers, with_body)
             return
         if span is None:
-            self._send(HTTPStatus.OK, data, headers, with_body)
+            self.send(HTTPStatus.OK, data, headers, with_body)
         else:
             headers["Content-Range"] = f"bytes {span[0]}-{span[1] - 1}/{len(data)}"
-            self._send(HTTPStatus.PARTIAL_CONTENT, data[span[0] : span[1]], headers, with_body)
+            self.send(HTTPStatus.PARTIAL_CONTENT, data[span[0] : span[1]], headers, with_body)
 
     def _contents(self, served: Served, path: str) -> bytes | None:
         if path == SERVED_AS:
-            return json.dumps({"run": served.run, **({"cities": "/"} if type(self).start else {})}).encode()
+            return json.dumps(
+                {"run": served.run, **({"cities": "/"} if type(self).start else {}), **served.more}
+            ).encode()
         return served.read(path)
 
-    def _send(self, status: HTTPStatus, data: bytes, headers: dict[str, str], with_body: bool) -> None:
+    def send(self, status: HTTPStatus, data: bytes, headers: dict[str, str], with_body: bool) -> None:
         try:
             self.send_response(status)
             for name, value in headers.items():

@@ -22,6 +22,7 @@ from cityflow.pipeline.pipeline import STAGES, in_flow_order
 from cityflow.reporting.poses_words import lines_before
 from cityflow.runs.asked import read_asked
 from cityflow.runs.differences import why
+from cityflow.runs.edits_file import edits_href
 from cityflow.runs.prepare import Prepared, prepared
 from cityflow.runs.request import Request
 from cityflow.runs.run_folder import is_described
@@ -108,7 +109,7 @@ def noted_plan(wanted: Prepared, ledger: Ledger) -> dict[str, StagePlan] | None:
     None where the graph has to be followed: for anything else, and for edits, whose file may have changed. Outputs that somebody has removed since are
     not missed; a run misses them.
     """
-    if wanted.workflow.city.edits.path or not is_described(wanted):
+    if edits_href(wanted.workflow.city, wanted.store) or not is_described(wanted):
         return None
     asked = read_asked(wanted.store, ledger)
     if asked is None or asked.is_at_work or asked.stale or asked.catalog != wanted.catalog_digest():

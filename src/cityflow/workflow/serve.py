@@ -1,4 +1,4 @@
-"""``cityflow view``: runs in the browser."""
+"""``cityflow view`` and ``cityflow desk``: runs in the browser."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import sys
 import webbrowser
 from collections.abc import Mapping, Sequence
 from functools import partial
+from http.server import ThreadingHTTPServer
 from itertools import chain, count
 from typing import Any
 
@@ -25,8 +26,10 @@ from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import open_run
 from cityflow.stages import reconstruct
 from cityflow.viewer.cities_page import cities_page
-from cityflow.viewer.server import Read, Served, server_for
+from cityflow.viewer.desk_server import DeskHandler
+from cityflow.viewer.server import Read, Served, is_local, server_for
 from cityflow.viewer.view_page import PAGE, STATIC, static
+from cityflow.workflow.desk import RunDesk
 
 HOST = "127.0.0.1"
 
@@ -47,13 +50,46 @@ def view_runs(urls: Sequence[str], port: int, with_browser: bool, console: Conso
     try:
         server = server_for(runs, HOST, port, partial(cities_page, runs) if several else None)
     except OSError as error:
-        raise RunError(
-            f"port {port} is taken ({error})",
-            where=HOST,
-            remedy="name another one with --port, or 0 for any that is free",
-        ) from error
+        raise _taken(HOST, port, error) from error
     address = f"http://{HOST}:{server.server_address[1]}/{'' if several else 'view/index.html'}"
     console.print(f"{address}  (Ctrl+C ends)", markup=False, highlight=False, soft_wrap=True)
+    _served(server, address, with_browser, console)
+
+
+def desk_run(
+    url: str, who: str, options: Sequence[str], host: str, port: int, with_browser: bool, console: Console
+) -> None:  # fmt: skip
+    """Serve the desk of a run until Ctrl+C. `options`: of every `cityflow rerun`.
+
+    Raises
+    ------
+    RunError
+        It is no run, or the place is taken.
+    """
+    bring_up_to_date(url, console)
+    desk = RunDesk(url, who, options, partial(bring_up_to_date, url, Console(quiet=True)), not is_local(host))
+    served = Served("run", shlex.quote(url), reader(Store.open(url)), {"desk": True})
+    handler = type("Handler", (DeskHandler,), {"desk": desk})
+    try:
+        server = server_for([served], host, port, base=handler)
+    except OSError as error:
+        raise _taken(host, port, error) from error
+    address = f"http://{host}:{server.server_address[1]}/view/index.html?token={desk.token}"
+    console.print(f"{address}  (Ctrl+C ends)", markup=False, highlight=False, soft_wrap=True)
+    if desk.is_open:
+        console.print("Other machines can read this run; whoever has the address can change it.")
+    desk.start()
+    _served(server, address, with_browser, console)
+    desk.close()
+
+
+def _taken(host: str, port: int, error: OSError) -> RunError:
+    return RunError(
+        f"port {port} is taken ({error})", where=host, remedy="name another one with --port, or 0 for any that is free"
+    )  # fmt: skip
+
+
+def _served(server: ThreadingHTTPServer, address: str, with_browser: bool, console: Console) -> None:
     if with_browser and _has_screen():
         webbrowser.open(address)
     try:

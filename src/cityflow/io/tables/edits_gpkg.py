@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import threading
 from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -37,6 +38,10 @@ _SHORTEST_M = 0.1
 _SMALLEST_M2 = 0.1
 
 
+ONE_LIBRARY = threading.RLock()
+"""GDAL and Python have an SQLite each, and two in one process do not see each other's locks: whoever reads or writes a file of edits holds this."""
+
+
 def read_edits(href: str, target: Reference) -> Edits:
     """All edits of a file, in the world frame.
 
@@ -51,7 +56,8 @@ def read_edits(href: str, target: Reference) -> Edits:
         Where the file is missing or unreadable, has a layer of another name or none, or a feature of the wrong kind,
         without extent, crossing itself, or (a cut line) not straight.
     """
-    found = [read_layer(href, name) for name in _layers(href)]
+    with ONE_LIBRARY:
+        found = [read_layer(href, name) for name in _layers(href)]
     notes: list[str] = []
     drawn: dict[str, list[tuple[str, BaseGeometry]]] = {name: [] for name in LAYERS}
     for layer in found:
@@ -62,7 +68,7 @@ def read_edits(href: str, target: Reference) -> Edits:
         drawn[layer.name] = _features(layer, geometry, TYPE_COLUMN if layer.name == ROOF_TYPES else ID_COLUMN)
     shapes = {layer: tuple(g for _, g in features) for layer, features in drawn.items()}
     outlines = [DrawnOutline(g, name, layer == LOCKED) for layer in (LOCKED, OUTLINES) for name, g in drawn[layer]]
-    roofs = tuple(SetRoofType(g, _known_type(href, name)) for name, g in drawn[ROOF_TYPES])
+    roofs = tuple(SetRoofType(g, known_type(href, name)) for name, g in drawn[ROOF_TYPES])
     edits = Edits(tuple(outlines), shapes[CUT_LINES], shapes[NO_CUT_LINES], shapes[REJECTED], tuple(notes), roofs)
     return edits if len(edits) else Edits(notes=(*notes, f"{href} holds no edit"))
 
@@ -93,12 +99,15 @@ def _layers(href: str) -> list[str]:
     return sorted(names, key=LAYERS.index)
 
 
-def _known_type(href: str, name: str) -> str:
-    """The roof type of that name."""
-    known = [t.value for t in RoofType if t is not RoofType.UNKNOWN]
-    if name not in known:
-        near = difflib.get_close_matches(name, known, n=1)
-        advice = f"did you mean {near[0]!r}?" if near else f"column {TYPE_COLUMN} takes {', '.join(known)}"
+ROOFS = tuple(t.value for t in RoofType if t is not RoofType.UNKNOWN)
+"""Types that a person may give a roof."""
+
+
+def known_type(href: str, name: str) -> str:
+    """The roof type of that name. Raises CatalogError where there is none."""
+    if name not in ROOFS:
+        near = difflib.get_close_matches(name, ROOFS, n=1)
+        advice = f"did you mean {near[0]!r}?" if near else f"column {TYPE_COLUMN} takes {', '.join(ROOFS)}"
         raise CatalogError(f"layer {ROOF_TYPES} knows no roof type {name!r}", where=href, remedy=advice)
     return name
 
@@ -132,7 +141,16 @@ def _checked(layer: Layer, number: int, shape: BaseGeometry) -> BaseGeometry:
     def refuse(problem: str, remedy: str) -> CatalogError:
         return CatalogError(f"feature {number} of layer {layer.name} {problem}", where=layer.path, remedy=remedy)
 
-    wanted = _KINDS[layer.name]
+    return checked(layer.name, shape, refuse)
+
+
+Refuse = Callable[[str, str], CatalogError]
+"""What is wrong with a shape, and what to do → the error."""
+
+
+def checked(layer: str, shape: BaseGeometry, refuse: Refuse) -> BaseGeometry:
+    """A shape as a layer takes it, on the lattice. Raises what `refuse` makes where it is of another kind, without extent, crossing itself, or a bent line."""
+    wanted = _KINDS[layer]
     if shape.geom_type not in wanted:
         raise refuse(f"is a {shape.geom_type}", f"draw it as {' or '.join(wanted)}")
     if not np.isfinite(shapely.get_coordinates(shape)).all():
@@ -142,7 +160,7 @@ def _checked(layer: Layer, number: int, shape: BaseGeometry) -> BaseGeometry:
     return _checked_line(shape, refuse) if shape.geom_type == "LineString" else shapely.force_2d(shape)
 
 
-def _checked_polygon(shape: BaseGeometry, refuse: Callable[[str, str], CatalogError]) -> BaseGeometry:
+def _checked_polygon(shape: BaseGeometry, refuse: Refuse) -> BaseGeometry:
     if not shape.is_valid:
         raise refuse(f"is no valid polygon ({shapely.is_valid_reason(shape)})", "fix it with “Fix geometries”")
     if shape.area < _SMALLEST_M2:
@@ -153,7 +171,7 @@ def _checked_polygon(shape: BaseGeometry, refuse: Callable[[str, str], CatalogEr
     return rounded
 
 
-def _checked_line(shape: BaseGeometry, refuse: Callable[[str, str], CatalogError]) -> BaseGeometry:
+def _checked_line(shape: BaseGeometry, refuse: Refuse) -> BaseGeometry:
     xy = shapely.get_coordinates(shape)
     straight = LineString(xy[[0, -1]])
     if straight.length < _SHORTEST_M:

@@ -1,0 +1,153 @@
+"""Reruns that were asked for in the browser: one `cityflow rerun` after the other, each in a process of its own."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+from cityflow.flow.exclusive import is_held
+from cityflow.flow.store import Store
+
+LINES_KEPT = 30
+LOOK_EVERY_S = 0.5
+PATIENCE_S = 20.0
+"""How long a rerun may take to stop."""
+
+Json = Any
+
+
+class Stand(StrEnum):
+    """Where a job stands."""
+
+    WAITING = "waiting"
+    AT_WORK = "at work"
+    DONE = "done"
+    FAILED = "failed"
+    WITHDRAWN = "withdrawn"
+
+
+@dataclass(slots=True)
+class Job:
+    """A rerun.
+
+    Attributes
+    ----------
+    what : for people
+    commands : options of `cityflow rerun RUN`, for each process in turn
+    units : buildings that it is about
+    edits : names of the edits that it carries out
+    lines : what the process has printed last
+    seconds : how long it took
+    """
+
+    number: int
+    what: str
+    who: str
+    commands: Sequence[Sequence[str]]
+    units: Sequence[str]
+    edits: frozenset[str] = frozenset()
+    stand: Stand = Stand.WAITING
+    lines: deque[str] = field(default_factory=lambda: deque(maxlen=LINES_KEPT))
+    asked: float = 0.0
+    seconds: float = 0.0
+
+    def as_json(self) -> Json:
+        return {
+            "number": self.number, "what": self.what, "who": self.who, "stand": str(self.stand), "units": list(self.units),
+            "edits": sorted(self.edits), "lines": list(self.lines), "seconds": round(self.seconds, 1),
+        }  # fmt: skip
+
+
+@dataclass
+class Jobs:
+    """The queue. `tell` hears of every change of a job, `ended` of its end before that is told; `options` come behind each command."""
+
+    store: Store
+    options: Sequence[str]
+    tell: Callable[[Job], None]
+    ended: Callable[[Job], None]
+    jobs: list[Job] = field(default_factory=list)
+    _lock: threading.Condition = field(default_factory=threading.Condition)
+    _process: subprocess.Popen[str] | None = None
+    _is_closed: bool = False
+
+    def start(self) -> None:
+        threading.Thread(target=self._work, daemon=True, name="reruns").start()
+
+    def ask(self, what: str, who: str, commands: Sequence[Sequence[str]], units: Sequence[str], edits: frozenset[str]) -> Job:  # fmt: skip
+        """Put a job at the end of the queue."""
+        with self._lock:
+            job = Job(len(self.jobs) + 1, what, who, commands, units, edits, asked=time.time())
+            self.jobs.append(job)
+            self._lock.notify_all()
+        self.tell(job)
+        return job
+
+    def withdraw(self, number: int) -> Job | None:
+        """Take a job back that has not begun; None where there is no such job."""
+        with self._lock:
+            job = next((j for j in self.jobs if j.number == number and j.stand is Stand.WAITING), None)
+            if job is not None:
+                job.stand = Stand.WITHDRAWN
+        if job is not None:
+            self.ended(job)
+            self.tell(job)
+        return job
+
+    def close(self) -> None:
+        """Stop what is at work, as Ctrl-C would."""
+        with self._lock:
+            self._is_closed = True
+            process = self._process
+            self._lock.notify_all()
+        if process is not None and process.poll() is None:
+            process.terminate()
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(PATIENCE_S)
+
+    def _next(self) -> Job | None:
+        with self._lock:
+            while not self._is_closed:
+                job = next((j for j in self.jobs if j.stand is Stand.WAITING), None)
+                if job is not None and not is_held(self.store):
+                    job.stand = Stand.AT_WORK
+                    return job
+                if job is not None and not job.lines:
+                    job.lines.append("another run is at work in this RUN")
+                self._lock.wait(LOOK_EVERY_S if job is not None else None)
+        return None
+
+    def _work(self) -> None:
+        while (job := self._next()) is not None:
+            begun = time.monotonic()
+            job.lines.clear()
+            self.tell(job)
+            codes = [self._run(job, command, begun) for command in job.commands]
+            job.seconds = time.monotonic() - begun
+            job.stand = Stand.FAILED if any(codes) else Stand.DONE
+            self.ended(job)
+            self.tell(job)
+
+    def _run(self, job: Job, command: Sequence[str], begun: float) -> int:
+        """Exit code of one process; what it prints is told line by line."""
+        words = [sys.executable, "-m", "cityflow", "rerun", self.store.root, *command, "--verbose", *self.options]
+        process = subprocess.Popen(
+            words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, text=True, errors="replace", start_new_session=True
+        )  # fmt: skip
+        with self._lock:
+            self._process = process
+        assert process.stdout is not None
+        for line in process.stdout:
+            if line.strip():
+                job.lines.append(line.rstrip())
+                job.seconds = time.monotonic() - begun
+                self.tell(job)
+        return process.wait()

@@ -1,0 +1,233 @@
+"""The desk as a person works with it: find the worst building, look, correct, rerun, see it change, undo."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from browser import painted_run as town
+from browser.chromium import Chromium
+from browser.conftest import READY, SOUTH
+from browser.painted_page import on_page
+from cityflow.flow.store import Store
+from cityflow.io.tables.edits_gpkg import read_edits
+from cityflow.runs.run_folder import open_run
+from cityflow.viewer.desk_server import DeskHandler
+from cityflow.viewer.server import Served, server_for
+from cityflow.workflow.desk import RunDesk
+from cityflow.workflow.serve import bring_up_to_date, reader
+from small_pictures import draw_small
+
+AT_THE_DESK = f"{READY} && document.querySelector('#desk-list li')"
+
+
+@contextmanager
+def desk_of(run: Path) -> Iterator[tuple[RunDesk, str]]:
+    """The desk of a run, and its address."""
+    desk = RunDesk(str(run), "ann", ["--workers=1"], lambda: bring_up_to_date(str(run), Console(quiet=True)))
+    handler = type("Handler", (DeskHandler,), {"desk": desk})
+    served = Served("painted", "runs/painted", reader(Store.open(run)), {"desk": True})
+    server = server_for([served], "127.0.0.1", 0, base=handler)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    desk.start()
+    try:
+        yield desk, f"http://127.0.0.1:{server.server_address[1]}/view/index.html"
+    finally:
+        desk.close()
+        server.shutdown()
+        server.server_close()
+
+
+@pytest.fixture(scope="module")
+def run(painted_town: town.Made, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    with pytest.MonkeyPatch.context() as patch:
+        draw_small(patch)
+        made = town.copied(painted_town, tmp_path_factory.mktemp("at_the_desk") / "run")
+        town.write_view(*made)
+    return Path(made[0].store.root)
+
+
+@pytest.fixture(scope="module")
+def desk(run: Path) -> Iterator[tuple[RunDesk, str]]:
+    with desk_of(run) as found:
+        yield found
+
+
+@pytest.fixture
+def at_the_desk(browser: Chromium, desk: tuple[RunDesk, str]) -> Iterator[Chromium]:
+    """The page with its token, opened once."""
+    address = f"{desk[1]}?token={desk[0].token}"
+    if not browser.run(f"location.href.startsWith({address!r})"):
+        browser.open("about:blank")
+        browser.messages.clear()
+        browser.open(f"{address}#camera={SOUTH}", AT_THE_DESK)
+    yield browser
+    assert browser.messages == []
+    assert browser.run("cityflowView.errors") == []
+
+
+def text(page: Chromium, element: str) -> str:
+    return str(page.run(f"document.getElementById({element!r}).innerText"))
+
+
+def press(page: Chromium, element: str) -> None:
+    page.wait(
+        f"document.getElementById({element!r})?.checkVisibility() && !document.getElementById({element!r}).disabled"
+    )
+    page.run(f"document.getElementById({element!r}).click()")
+
+
+def chosen(page: Chromium) -> Any:
+    return page.run("cityflowView.city.selected")
+
+
+def choose(page: Chromium, unit: str) -> None:
+    page.run(f"cityflowView.go({unit!r})")
+    page.wait("document.querySelector('#desk-building button')")
+    page.wait(READY)
+
+
+def test_the_worst_comes_first_and_keys_go_through_the_list(at_the_desk: Chromium) -> None:
+    page = at_the_desk
+    page.run(
+        "document.querySelector('#desk-review select').value = ''; document.querySelector('#desk-review select').dispatchEvent(new Event('change'))"
+    )
+    page.run("document.activeElement.blur()")
+    assert text(page, "desk-count") == "6 of 6 buildings"
+    page.key("n")
+    page.wait("document.querySelector('#desk-building button')")
+    first = chosen(page)
+    assert first == town.GHOST, "it failed"
+    page.key("n")
+    page.wait(f"cityflowView.city.selected !== {first!r}")
+    page.key("p")
+    page.wait(f"cityflowView.city.selected === {first!r}")
+    page.run(
+        "document.getElementById('desk-reason').value = 'no such reason'; document.getElementById('desk-reason').dispatchEvent(new Event('input'))"
+    )
+    assert text(page, "desk-count") == "0 of 6 buildings"
+    page.run(
+        "document.getElementById('desk-reason').value = ''; document.getElementById('desk-reason').dispatchEvent(new Event('input'))"
+    )
+
+
+def test_seen_and_notes_stay(at_the_desk: Chromium, run: Path) -> None:
+    page = at_the_desk
+    choose(page, town.GABLE)
+    page.run(
+        "document.getElementById('desk-note').value = 'chimney <b>missing</b>'; document.getElementById('desk-note').form.requestSubmit()"
+    )
+    page.wait("document.querySelector('#desk-building .note')")
+    assert "chimney <b>missing</b> – ann" in page.run("document.querySelector('#desk-building .note').innerText")
+    page.run("document.activeElement.blur()")
+    page.key("s")
+    page.wait(f"Boolean(cityflowView.desk.state.notes[{town.GABLE!r}]?.seen)")
+    assert (run / "desk/notes.ndjson").read_text().count("\n") == 2
+
+
+def rerun(page: Chromium, jobs: int) -> None:
+    """By its key; until the new models are shown."""
+    page.run("cityflowView.city.former && (cityflowView.city.former.isSeen = true); document.activeElement.blur()")
+    page.key("r")
+    page.wait(
+        f"[...document.querySelectorAll('#desk-jobs li')].filter((e) => ['done', 'failed'].includes(e.dataset.stand)).length === {jobs}",
+        900,
+    )
+    page.wait("cityflowView.city.former && !cityflowView.city.former.isSeen && !cityflowView.desk.state.pending")
+    page.wait(READY)
+
+
+def test_a_building_is_corrected_made_again_and_the_edit_undone(
+    at_the_desk: Chromium, desk: tuple[RunDesk, str], run: Path
+) -> None:
+    page = at_the_desk
+    choose(page, town.FLAT)
+    height = unit_height(page, town.FLAT)
+    press(page, "desk-reject")
+    page.wait("cityflowView.desk.state.pending === 1")
+    assert (
+        read_edits(str(run / "edits.gpkg"), open_run(str(run)).catalog.reference)
+        .rejected[0]
+        .equals(town.OUTLINES[town.FLAT])
+    )
+    page.run("window.isStill = true")
+    rerun(page, 1)
+    assert [str(job.stand) for job in desk[0].jobs.jobs] == ["done"], desk[0].jobs.jobs[0].lines
+    assert page.run("isStill"), "the page was not loaded again"
+    assert unit_height(page, town.FLAT) < 0, "its model is gone"
+    assert page.run(f"cityflowView.desk.review.row({town.FLAT!r}).status") == "refused"
+    page.key("b")
+    assert page.run("cityflowView.city.former.tiles.group.visible && !cityflowView.city.tiles.group.visible")
+    page.key("b")
+    assert page.run("!cityflowView.city.former.tiles.group.visible && cityflowView.city.tiles.group.visible")
+    page.run("document.querySelector('#desk-edits .undo').click()")
+    page.wait("cityflowView.desk.state.pending === 1 && !cityflowView.desk.state.edits.length")
+    rerun(page, 2)
+    assert unit_height(page, town.FLAT) == pytest.approx(height, abs=0.01)
+
+
+HEIGHT = """((unit) => {
+  let top = -1e9;
+  for (const { mesh, model } of cityflowView.city.meshes('buildings')) {
+    const row = model.rows.get(unit);
+    const { _feature_id_0: rows, position } = mesh.geometry.attributes;
+    for (let i = 0; row !== undefined && i < rows.count; i += 1) {
+      if (rows.getX(i) !== row) continue;
+      top = Math.max(top, mesh.position.clone().fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld).z);
+    }
+  }
+  return top;
+})"""
+
+
+def unit_height(page: Chromium, unit: str) -> float:
+    """Height of the highest vertex of a building, in the page's frame."""
+    return float(page.run(f"{HEIGHT}({unit!r})"))
+
+
+def test_a_corner_of_an_outline_is_dragged_and_a_border_drawn(at_the_desk: Chromium, run: Path) -> None:
+    page = at_the_desk
+    choose(page, town.FLAT)
+    press(page, "desk-move")
+    page.wait("cityflowView.drawing.isActive")
+    page.wait(READY)
+    x0, y0, x1, y1 = town.OUTLINES[town.FLAT].bounds
+    top = town.TOPS[town.FLAT]
+    begin, end = on_page(page, np.array([[x1, (y0 + y1) / 2, top], [x1 + 3.0, (y0 + y1) / 2, top]]))
+    page.drag((float(begin[0]), float(begin[1])), (float(end[0]), float(end[1])))
+    press(page, "desk-save")
+    page.wait("cityflowView.desk.state.edits.length === 1")
+    drawn = read_edits(str(run / "edits.gpkg"), open_run(str(run)).catalog.reference).outlines[0]
+    assert (drawn.id, drawn.locked) == (town.FLAT, True)
+    assert drawn.polygon.bounds[:2] == (x0, y0), "what was not moved is where it was, to the last bit"
+    assert drawn.polygon.bounds[2] == pytest.approx(x1 + 3.0, abs=0.3)
+    assert drawn.polygon.bounds[3] == y1
+    page.run("cityflowView.drawing.border((places) => (window.border = places)); undefined")
+    for x, y in on_page(page, np.array([[x0 + 5, y0 + 1, top], [x0 + 5, y1 - 1, top]])):
+        page.click(float(x), float(y))
+    page.wait("window.border")
+    assert np.allclose(np.array(page.run("border"))[:, 0], x0 + 5, atol=0.3)
+    page.run("document.querySelector('#desk-edits .undo').click()")
+    page.wait("!cityflowView.desk.state.edits.length && !cityflowView.desk.state.pending")
+
+
+def test_without_the_token_everything_is_seen_and_nothing_changes(
+    browser: Chromium, desk: tuple[RunDesk, str], run: Path
+) -> None:
+    browser.open("about:blank")
+    browser.messages.clear()
+    browser.open(f"{desk[1]}#camera={SOUTH}", AT_THE_DESK)
+    browser.run("document.getElementById('desk-tab-watch').click()")
+    assert browser.run("document.getElementById('desk-map').checkVisibility()")
+    choose(browser, town.FLAT)
+    press(browser, "desk-reject")
+    browser.wait("document.getElementById('status').textContent.includes('token')")
+    assert desk[0].read("state", {}) is not None
+    assert browser.run("cityflowView.desk.state.edits.length") == 0

@@ -1,0 +1,237 @@
+"""The desk of a finished run: its list, edits, notes, and which tasks it has made again."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from browser import painted_run as town
+from cityflow.core.building import Status
+from cityflow.core.verdicts import Verdict
+from cityflow.errors import CityflowError, RunError
+from cityflow.flow.store import Store
+from cityflow.io.tables.edits_gpkg import read_edits
+from cityflow.runs.desk_notes import NOTES
+from cityflow.runs.run_folder import open_run
+from cityflow.viewer.desk_server import Refusal
+from cityflow.viewer.review_list import worth_of
+from cityflow.workflow import desk_rerun
+from cityflow.workflow.desk import RunDesk
+from cityflow.workflow.desk_rerun import Jobs, Stand
+from small_pictures import draw_small
+
+HALVES = ("double.901150_4600350", "double.901250_4600350")
+
+
+@pytest.fixture(scope="module")
+def folder(painted_town: town.Made, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    with pytest.MonkeyPatch.context() as patch:
+        draw_small(patch)
+        made = town.copied(painted_town, tmp_path_factory.mktemp("desk") / "run")
+        town.write_view(*made)
+    return Path(made[0].store.root)
+
+
+@pytest.fixture
+def desk(folder: Path) -> RunDesk:
+    for path in (folder / "edits.gpkg", folder / NOTES):
+        path.unlink(missing_ok=True)
+    return RunDesk(str(folder), "ann", [], lambda: None)
+
+
+def read(desk: RunDesk, name: str, **query: str) -> Any:
+    answer = desk.read(name, query)
+    assert answer is not None
+    return json.loads(answer.data)
+
+
+def ring(name: str) -> list[list[list[float]]]:
+    return [[list(p) for p in town.OUTLINES[name].exterior.coords]]
+
+
+def change(desk: RunDesk, name: str, body: Mapping[str, Any]) -> Any:
+    return desk.change(name, body)
+
+
+def asked(desk: RunDesk, **body: Any) -> list[list[str]]:
+    """Options of the processes that a rerun would start; none is started."""
+    desk.change("rerun", body)
+    return [list(c) for c in desk.jobs.jobs[-1].commands]
+
+
+def test_the_list_begins_with_what_is_worth_a_look(desk: RunDesk) -> None:
+    rows = read(desk, "review")
+    assert {town.FLAT, town.GABLE, town.GHOST, *HALVES} <= {r["id"] for r in rows}
+    worth = [worth_of(r["status"], r["verdict"], r["probability"], r["rmse"]) for r in rows]
+    assert worth == sorted(worth)
+    assert rows[0]["status"] == str(Status.FAILED)
+    assert rows[0]["reason"]
+    assert {r["tile"] for r in rows} == {"900_4600", "901_4600", "_"}, "a refused outline belongs to no tile"
+    assert all(r["reason"] or r["verdict"] == Verdict.GOOD for r in rows)
+
+
+def test_an_edit_is_one_of_the_run_at_once_and_an_undo_takes_it_back(desk: RunDesk, folder: Path) -> None:
+    assert open_run(str(folder)).source().survey.edits.rejected == ()
+    made = change(desk, "edit", {"layer": "rejected", "rings": ring(town.FLAT), "who": "bea"})
+    assert len(open_run(str(folder)).source().survey.edits.rejected) == 1, "RUN/edits.gpkg is read by every run"
+    state = read(desk, "state")
+    assert [(e["layer"], e["who"], e["is_pending"]) for e in state["edits"]] == [("rejected", "bea", True)]
+    assert abs(state["edits"][0]["when"] - time.time()) < 60
+    desk.change("undo", {"edit": made["edit"]})
+    assert read(desk, "state")["edits"] == []
+    assert not desk.pending, "nothing has to run again"
+    with pytest.raises(CityflowError, match="gone"):
+        desk.change("undo", {"edit": made["edit"]})
+
+
+def test_two_windows_lose_nothing(desk: RunDesk, folder: Path) -> None:
+    other = RunDesk(str(folder), "bob", [], lambda: None)
+    drawn = {"layer": "cut_lines", "rings": [[[town.X + 35, town.Y + 30], [town.X + 35, town.Y + 42]]]}
+    threads = [threading.Thread(target=lambda d=d: [d.change("edit", drawn) for _ in range(5)]) for d in (desk, other)]
+    threads += [
+        threading.Thread(target=lambda d=d: [d.change("note", {"unit": town.FLAT, "kind": "note", "text": f"{d.who} {k}"}) for k in range(9)])
+        for d in (desk, other)
+    ]  # fmt: skip
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for one in (desk, other):
+        state = read(one, "state")
+        assert sorted(e["who"] for e in state["edits"]) == ["ann"] * 5 + ["bob"] * 5
+        assert len(state["notes"][town.FLAT]["notes"]) == 18
+    first = change(desk, "edit", {"layer": "locked", "rings": ring(town.FLAT), "value": town.FLAT})
+    with pytest.raises(CityflowError, match="drawn already"):
+        other.change("edit", {"layer": "locked", "rings": ring(town.FLAT), "value": town.FLAT})
+    other.change("edit", {"layer": "locked", "rings": ring(town.FLAT), "value": town.FLAT, "replaces": first["edit"]})
+    with pytest.raises(CityflowError, match="gone"):
+        desk.change(
+            "edit", {"layer": "locked", "rings": ring(town.FLAT), "value": town.FLAT, "replaces": first["edit"]}
+        )
+
+
+def test_a_mark_is_of_the_model_that_was_seen(desk: RunDesk) -> None:
+    desk.change("note", {"unit": town.GABLE, "kind": "seen"})
+    model = next(r["model"] for r in read(desk, "review") if r["id"] == town.GABLE)
+    assert model
+    assert read(desk, "state")["notes"][town.GABLE]["seen"]["model"] == model
+    desk.change("note", {"unit": town.GABLE, "kind": "unseen"})
+    assert read(desk, "state")["notes"][town.GABLE]["seen"] is None
+    for body in (
+        {"unit": "nobody", "kind": "seen"},
+        {"unit": town.GABLE, "kind": "note"},
+        {"unit": town.GABLE, "kind": "praise"},
+    ):
+        with pytest.raises(Refusal):
+            desk.change("note", body)
+
+
+def test_outlines_are_told_to_the_last_bit(desk: RunDesk) -> None:
+    found = read(desk, "outline", unit=town.FLAT)["rings"]
+    assert len(found[0]) == 5
+    with pytest.raises(RunError, match="no building"):
+        desk.read("outline", {"unit": "nobody"})
+    with pytest.raises(RunError, match="has no outline"):
+        desk.read("outline", {"unit": town.TWIN})
+    with pytest.raises(RunError, match="does not show"):
+        desk.read("photograph", {"unit": town.FLAT, "image": "../../run.json"})
+    assert read(desk, "photographs", unit=town.FLAT) == [], "a run of LiDAR"
+
+
+def test_a_rerun_is_of_the_tasks_that_an_edit_concerns(desk: RunDesk) -> None:
+    assert asked(desk, units=[town.FLAT]) == [[f"--unit={town.FLAT}"]]
+    assert asked(desk, units=[town.FLAT], method="extruded") == [
+        [f"--unit={town.FLAT}", "--set=reconstruct.methods=extruded"]
+    ]
+    assert asked(desk, units=[town.FLAT], clear=True) == [[f"--unit={town.FLAT}", "--clear-overrides"]]
+    x, y = town.OUTLINES[town.GABLE].centroid.coords[0]
+    roof = change(desk, "edit", {"layer": "roof_types", "rings": [[[x, y]]], "value": "hip"})
+    assert asked(desk, units=[]) == [["--stage=reconstruct", f"--unit={town.GABLE}"]]
+    assert asked(desk, units=[town.FLAT]) == [[f"--unit={town.FLAT}"]], "it is carried out already"
+    desk.change("undo", {"edit": roof["edit"]})
+    assert asked(desk, units=[]) == [["--stage=reconstruct", f"--unit={town.GABLE}"]], "and so is its undo"
+    desk.change(
+        "edit", {"layer": "no_cut_lines", "rings": [[[town.X + 120, town.Y + 30], [town.X + 120, town.Y + 40]]]}
+    )
+    assert asked(desk, units=[]) == [["--stage=split", f"--unit={town.DOUBLE}"]]
+    desk.change("edit", {"layer": "rejected", "rings": ring(town.FLAT)})
+    assert [c[0] for c in asked(desk, units=[])] == ["--stage=outline"]
+    with pytest.raises(Refusal, match="nothing to run"):
+        desk.change("rerun", {})
+
+
+@pytest.mark.parametrize(
+    ("name", "body"),
+    [
+        ("rerun", {"units": ["--set=reconstruct.methods=os:system"]}),
+        ("rerun", {"units": [town.FLAT], "method": "os:system"}),
+        ("rerun", {"units": 5}),
+        ("edit", {"layer": "secrets", "rings": [[[0, 0]]]}),
+        ("edit", {"layer": "rejected", "rings": [[["a", "b"]]]}),
+        ("edit", {"layer": "cut_lines"}),
+        ("undo", {}),
+        ("withdraw", {"job": 99}),
+    ],
+)
+def test_other_requests_are_refused(desk: RunDesk, folder: Path, name: str, body: Mapping[str, Any]) -> None:
+    with pytest.raises(Refusal):
+        desk.change(name, body)
+    assert desk.jobs.jobs == []
+    assert not (folder / "edits.gpkg").exists()
+    assert desk.change("shell", {}) is None
+
+
+def test_jobs_run_one_after_the_other_and_edits_of_a_failed_one_wait_again(
+    desk: RunDesk, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    desk.change("edit", {"layer": "rejected", "rings": ring(town.FLAT)})
+    heard: list[tuple[str, str]] = []
+    desk.jobs.tell = lambda job: heard.append((f"{job.number} {job.stand}", " ".join(job.lines)))
+    codes = iter([3, 0])
+    monkeypatch.setattr(Jobs, "_run", lambda self, job, command, begun: next(codes))
+    desk.change("rerun", {"units": []})
+    desk.change("rerun", {"units": [town.GABLE]})
+    desk.change("withdraw", {"job": change(desk, "rerun", {"units": [town.GABLE]})["number"]})
+    desk.jobs.start()
+    end = time.monotonic() + 60
+    while desk.jobs.jobs[1].stand is not Stand.DONE and time.monotonic() < end:
+        time.sleep(0.02)
+    desk.close()
+    assert [j.stand for j in desk.jobs.jobs] == [Stand.FAILED, Stand.DONE, Stand.WITHDRAWN]
+    assert [text for text, _ in heard if "at work" in text] == ["1 at work", "2 at work"]
+    assert len(desk.pending) == 1
+
+
+def test_a_job_waits_for_whoever_drives_the_run(desk: RunDesk, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(desk_rerun, "is_held", lambda store: True)
+    desk.change("rerun", {"units": [town.GABLE]})
+    desk.jobs.start()
+    end = time.monotonic() + 60
+    while not desk.jobs.jobs[0].lines and time.monotonic() < end:
+        time.sleep(0.02)
+    assert desk.jobs.jobs[0].stand is Stand.WAITING
+    assert "another run" in desk.jobs.jobs[0].lines[0]
+    desk.close()
+
+
+def test_the_state_of_every_tile_is_told(desk: RunDesk) -> None:
+    standing = read(desk, "standing")
+    assert set(standing["tiles"].values()) == {"done"}
+    assert standing["driver"] is None, "this run was made without one"
+
+
+def test_a_workflow_s_own_file_of_edits_stays_the_one(desk: RunDesk, folder: Path, tmp_path: Path) -> None:
+    tree = desk.run.workflow.model_dump(mode="json")
+    tree["city"]["edits"]["path"] = str(tmp_path / "mine.gpkg")
+    desk.run = type(desk.run)(
+        type(desk.run.workflow).model_validate(tree), desk.run.catalog, desk.run.area, Store.open(folder)
+    )
+    desk.change("edit", {"layer": "rejected", "rings": ring(town.FLAT)})
+    assert len(read_edits(str(tmp_path / "mine.gpkg"), desk.run.catalog.reference).rejected) == 1
+    assert not (folder / "edits.gpkg").exists()

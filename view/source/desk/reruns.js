@@ -1,0 +1,86 @@
+// Edits that were drawn, and reruns that carry them out: the queue, what each prints, and how it ended.
+import { element, say } from '../elements.js';
+import { isTyping } from './before.js';
+import { attempt } from './desk.js';
+
+export const LAYERS = {
+  outlines: 'Outline', locked: 'Outline, never split', cut_lines: 'Border', no_cut_lines: 'No border', roof_types: 'Roof type', rejected: 'Not a building',
+};
+
+export class Reruns {
+  constructor(page, root) {
+    Object.assign(this, { page, jobs: new Map() });
+    this.wait = element('p', { id: 'desk-pending' });
+    this.all = element('button', { type: 'button', id: 'desk-rerun', title: 'Carry out all edits that wait', onclick: () => this.ask([]) }, 'Rerun');
+    this.these = element('button', { type: 'button', title: 'Make all buildings of the list again', onclick: () => this.#askList() }, 'Rerun the list');
+    this.edits = element('ol', { id: 'desk-edits', 'aria-label': 'Edits' });
+    this.queue = element('ol', { id: 'desk-jobs', 'aria-label': 'Reruns' });
+    root.append(this.wait, element('div', { class: 'row' }, this.all, this.these), element('h3', {}, 'Reruns'), this.queue, element('h3', {}, 'Edits'), this.edits);
+    page.desk.onstate.push((state) => this.#draw(state));
+    window.addEventListener('keydown', (event) => {
+      if (event.key !== 'r' || isTyping(event) || event.ctrlKey || event.metaKey || event.altKey || page.stage.isFlying) return;
+      this.ask(page.desk.state.pending || !page.city.selected ? [] : [page.city.selected]);
+    });
+  }
+
+  /** Make buildings again, and carry out all edits that wait; `more`: one method alone, or `clear`. */
+  async ask(units, more = {}) {
+    const job = await attempt(() => this.page.desk.post('rerun', { units, ...more }));
+    if (!job) return null;
+    say(`Running again: ${job.what}.`);
+    await attempt(() => this.page.desk.refresh());
+    return job;
+  }
+
+  async undo(edit) {
+    const done = await attempt(() => this.page.desk.post('undo', { edit }));
+    if (!done) return;
+    await attempt(() => this.page.desk.refresh());
+    say(this.page.desk.state.pending ? 'The edit is taken back; a rerun makes the model that was.' : 'The edit is taken back.');
+  }
+
+  /** News of a job. */
+  told(job) {
+    this.jobs.set(job.number, job);
+    this.#drawJobs();
+    if (job.stand === 'failed') say(`The rerun failed: ${job.lines.at(-1) ?? ''}`);
+  }
+
+  #askList() {
+    const { shown } = this.page.desk.review;
+    const units = shown.filter(({ status }) => status !== 'refused').map(({ id }) => id);
+    if (!units.length) return say('No building is in the list.');
+    return this.ask(units);
+  }
+
+  #draw(state) {
+    for (const job of state.jobs) this.jobs.set(job.number, job);
+    this.wait.textContent = state.refused || (state.pending ? `${state.pending} ${state.pending === 1 ? 'change waits' : 'changes wait'} for a rerun.` : 'No change waits for a rerun.');
+    this.all.disabled = !state.pending;
+    this.edits.replaceChildren(...[...state.edits].reverse().map((edit) => this.item(edit)));
+    this.#drawJobs();
+  }
+
+  /** A row for an edit, with its undo where it was made at a desk. */
+  item(edit) {
+    const title = LAYERS[edit.layer] + (edit.value && edit.layer === 'roof_types' ? `: ${edit.value}` : edit.value ? ` of ${edit.value}` : '');
+    const when = edit.when ? new Date(1000 * edit.when).toLocaleString() : '';
+    return element(
+      'li', { 'data-edit': edit.edit },
+      element('span', {}, element('b', {}, title), edit.is_pending ? ' · waits for a rerun' : ''),
+      element('span', { class: 'muted' }, [edit.who || 'drawn elsewhere', when].filter(Boolean).join(', ')),
+      edit.edit ? element('button', { type: 'button', class: 'undo', onclick: () => this.undo(edit.edit) }, 'Undo') : null,
+    );
+  }
+
+  #drawJobs() {
+    const jobs = [...this.jobs.values()].sort((a, b) => b.number - a.number);
+    this.queue.replaceChildren(...jobs.map((job) => element(
+      'li', { 'data-stand': job.stand },
+      element('span', {}, element('b', {}, `${job.number}: ${job.what}`)),
+      element('span', { class: 'muted' }, `${job.stand}${job.seconds ? `, ${job.seconds.toFixed(0)} s` : ''}, asked by ${job.who}`),
+      job.stand === 'waiting' ? element('button', { type: 'button', onclick: () => attempt(() => this.page.desk.post('withdraw', { job: job.number })) }, 'Withdraw') : null,
+      job.lines.length ? element('details', { open: job.stand === 'failed' }, element('summary', {}, job.lines.at(-1)), element('pre', {}, job.lines.join('\n'))) : null,
+    )));
+  }
+}
