@@ -13,7 +13,7 @@ export MKL_NUM_THREADS = 1
 # Every run starts many interpreters: without bytecode each would translate all libraries again, which takes seconds
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test check lint types layers spelling bench view-bundle clean
+.PHONY: demo test check lint types layers spelling docs bench view-bundle clean
 
 demo: $(VENV)/.runtime
 	$(BIN)/cityflow demo --out $(RUN) --workers $(WORKERS)
@@ -22,7 +22,7 @@ demo: $(VENV)/.runtime
 test: $(VENV)/.dev
 	$(BIN)/pytest -q -n $(TESTERS) --dist loadfile --no-loadscope-reorder
 
-check: lint types layers spelling
+check: lint types layers spelling docs
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check src tests benchmarks notebooks
@@ -37,6 +37,10 @@ layers: $(VENV)/.dev
 
 spelling: $(VENV)/.dev
 	$(BIN)/codespell src docs README.md ARCHITECTURE.md CHANGELOG.md CONTRIBUTING.md
+
+# The documentation as a site, in build/site; a link that leads nowhere fails
+docs: $(VENV)/.dev
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 bench: $(VENV)/.dev
 	$(BIN)/python benchmarks/delft.py

@@ -46,7 +46,7 @@ fi
 [ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
 "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -c "$here/constraints.txt" uv
 if [ "$kind" = dev ]; then
-    VIRTUAL_ENV="$venv" "$venv/bin/uv" pip install --quiet -c "$here/constraints.txt" -e "$here[s3]" --group "$here/pyproject.toml:dev"
+    VIRTUAL_ENV="$venv" "$venv/bin/uv" pip install --quiet -c "$here/constraints.txt" -e "$here[s3]" --group "$here/pyproject.toml:dev" --group "$here/pyproject.toml:docs"
     # A reader of CityGML by others, and a browser for the view; tests are skipped where they are not there.
     if is_debian_root; then
         { command -v citygmltest >/dev/null 2>&1 && [ -e /usr/include/citygml/citygml.h ]; } || install_debian libcitygml-bin libcitygml-dev g++ || echo "no libcitygml"
