@@ -17,6 +17,7 @@ import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
 
+from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Lod, Polyhedron
 from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY, Verdict
 from cityflow.stages.synth.synthetic_survey import SynthParameters
@@ -38,6 +39,13 @@ def share_of(
     outline: Polygon, solid: Polyhedron, others: Polygon | MultiPolygon, units: tuple[Unit, ...], tree: shapely.STRtree
 ) -> float:
     """Share of a building's roof within 20 cm of the truth; `others`: outlines of the other buildings around."""
+    return true_share(solid, places_of(outline, others, units, tree)[2], outline)
+
+
+def places_of(
+    outline: Polygon, others: Polygon | MultiPolygon, units: tuple[Unit, ...], tree: shapely.STRtree
+) -> tuple[list[Unit], list[Unit], FloatArray]:
+    """The true units near a building, those that it is held against, and (P, 3) the places where it is judged, with the true heights there."""
     near = [units[k] for k in np.sort(tree.query(outline, predicate="dwithin", distance=AROUND_M))]
     shared = [shapely.intersection(outline, u.wall_outline).area for u in near]
     own = [u for u, m2 in zip(near, shared, strict=True) if m2 > MOST * min(u.wall_outline.area, outline.area)]
@@ -45,7 +53,7 @@ def share_of(
     inside = shapely.contains_xy(outline, places[:, 0], places[:, 1])
     points = shapely.points(places[:, :2])
     mine, its = (np.nan_to_num(shapely.distance(points, p), nan=np.inf) for p in (outline, others))
-    return true_share(solid, places[inside | (mine <= its)], outline)
+    return near, own, places[inside | (mine <= its)]
 
 
 def main() -> None:
