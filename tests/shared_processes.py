@@ -46,6 +46,7 @@ TOGETHER = {
         "browser",
         "reporting/test_report_pages.py",
         "reporting/test_view.py",
+        "workflow/test_desk.py",
     ),
     "orientations on a cluster": (
         "workflow/test_orient.py",

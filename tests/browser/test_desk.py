@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,10 +17,14 @@ from browser import painted_run as town
 from browser.chromium import Chromium
 from browser.conftest import READY, SOUTH
 from browser.painted_page import on_page
+from cityflow.core.arrays import FloatArray
+from cityflow.core.camera import Camera, OrientedImage
 from cityflow.flow.store import Store
 from cityflow.io.tables.edits_gpkg import read_edits
+from cityflow.reporting.desk_photograph import Part
 from cityflow.runs.run_folder import open_run
 from cityflow.viewer.desk_server import DeskHandler
+from cityflow.viewer.picture import picture
 from cityflow.viewer.server import Served, server_for
 from cityflow.workflow.desk import RunDesk
 from cityflow.workflow.serve import bring_up_to_date, reader
@@ -216,6 +221,70 @@ def test_a_corner_of_an_outline_is_dragged_and_a_border_drawn(at_the_desk: Chrom
     assert np.allclose(np.array(page.run("border"))[:, 0], x0 + 5, atol=0.3)
     page.run("document.querySelector('#desk-edits .undo').click()")
     page.wait("!cityflowView.desk.state.edits.length && !cityflowView.desk.state.pending")
+
+
+class Photographed:
+    """Photographs of the flat house: grey, from the south and from above."""
+
+    def __init__(self, to_world: FloatArray) -> None:
+        x0, y0, x1, y1 = town.OUTLINES[town.FLAT].bounds
+        heights = (town.GROUND, town.TOPS[town.FLAT])
+        self.solid = np.array([[x, y, z] for x in (x0, x1) for y in (y0, y1) for z in heights])
+        axis = np.array([0.0, 0.6, -0.8])
+        right = np.array([1.0, 0.0, 0.0])
+        camera = Camera(1600, 1200, 1500.0, 1500.0, 790.0, 610.0, (-0.08, 0.02))
+        rotation = np.array([right, np.cross(axis, right), axis])
+        self.image = OrientedImage("a", camera, rotation, self.solid.mean(axis=0) - 60 * axis)
+        part = Part.around(self.image, self.solid)
+        assert part is not None
+        self.part, self.to_world = part, to_world
+
+    def names(self) -> Any:
+        return [["a", 0.5], ["b", None]]
+
+    def about(self, _: str) -> Any:
+        return self.part.as_json(self.to_world, self.solid.mean(axis=0))
+
+    def jpeg(self, _: str) -> bytes:
+        return picture("", "", np.full((self.part.camera.height, self.part.camera.width, 3), 128, np.uint8)).jpeg
+
+
+RECTANGLE = "(() => { const r = document.getElementById('photograph').getBoundingClientRect(); return [r.left, r.top, r.width, r.height]; })()"
+
+
+def test_the_model_is_drawn_by_the_camera_of_its_photograph(
+    at_the_desk: Chromium, desk: tuple[RunDesk, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = at_the_desk
+    choose(page, town.FLAT)
+    made = Photographed(np.array(json.loads(page.run("JSON.stringify(cityflowView.about.world)"))))
+    monkeypatch.setattr(desk[0], "_pictures", lambda query: made)
+    was = page.run("cityflowView.stage.place")
+    page.run("document.activeElement.blur()")
+    page.key("i")
+    page.wait("cityflowView.photograph.shown")
+    page.wait(READY)
+    left, top, width, height = page.run(RECTANGLE)
+    camera, shown = made.part.camera, made.image.in_camera(made.solid)
+    expected = camera.distort(shown[:, :2] / shown[:, 2:]) * [width / camera.width, height / camera.height] + [
+        left,
+        top,
+    ]
+    assert np.abs(on_page(page, made.solid) - expected).max() < 0.5
+    with page.drawn(coarse=1):
+        page.wait(READY)
+        drawn = page.picture().astype(int)
+    assert np.abs(drawn[int(top + height / 2), int(left + 4)] - 128).max() < 6, (
+        "the photograph lies behind, no face is drawn"
+    )
+    rows, cols = np.nonzero(drawn[..., 2] - drawn[..., 0] > 80)
+    inside = (rows > top) & (rows < top + height) & (cols > left) & (cols < left + width)
+    assert inside.sum() > 50, "but the edges are"
+    (x0, y0), (x1, y1) = expected.min(axis=0) - 8, expected.max(axis=0) + 8
+    assert ((cols >= x0) & (cols <= x1) & (rows >= y0) & (rows <= y1))[inside].mean() > 0.98
+    page.key("i")
+    page.wait("!cityflowView.photograph.shown")
+    assert page.run("cityflowView.stage.place") == pytest.approx(was, abs=0.01)
 
 
 def test_without_the_token_everything_is_seen_and_nothing_changes(

@@ -39,7 +39,7 @@ export class Photograph {
 
   /** Another one of them. */
   async step(by, from = this.at) {
-    const { city, desk, stage } = this.page;
+    const { city, desk, layers, stage } = this.page;
     this.unit = city.selected;
     this.at = (from + by + this.names.length) % this.names.length;
     const [image, share] = this.names[this.at];
@@ -48,13 +48,15 @@ export class Photograph {
     if (!part) return;
     this.picture.src = `../desk/photograph.jpg?${new URLSearchParams(query)}`;
     await this.picture.decode().catch(() => say(`${image} cannot be shown.`));
-    if (!this.shown) this.back = stage.place;
+    if (!this.shown) Object.assign(this, { back: stage.place, overlays: [] });
     this.shown = part;
     this.text.textContent = `${image}${share === null ? '' : `, ${percent(share)} of its texture`} (${this.at + 1} of ${this.names.length})`;
     this.picture.hidden = this.bar.hidden = false;
     document.body.classList.add('photographed');
     stage.controls.enabled = false;
     stage.renderer.setClearAlpha(0);
+    this.overlays = [...this.overlays, ...[...layers.groups.values()].filter((group) => group.visible)];
+    for (const group of this.overlays) group.visible = false;
     this.#place();
     say('The edges of the model over the photograph: they should fit. Key i leads back.');
   }
@@ -70,6 +72,8 @@ export class Photograph {
     stage.camera.matrixAutoUpdate = true;
     delete stage.camera.updateProjectionMatrix;
     for (const { mesh } of city.meshes()) mesh.material.colorWrite = true;
+    city.colourBy(city.mode);
+    for (const group of this.overlays) group.visible = true;
     stage.look(this.back.slice(0, 3), this.back.slice(3));
   }
 
@@ -111,6 +115,9 @@ export class Photograph {
   /** Of the city only the edges of the building are drawn, where nothing stands before them. */
   #hide() {
     if (!this.shown) return;
-    for (const { mesh } of this.page.city.meshes()) mesh.material.colorWrite = false;
+    for (const { mesh, model } of this.page.city.meshes()) {
+      mesh.material.colorWrite = false;
+      for (const lines of model.creases ?? []) lines.visible = false;
+    }
   }
 }
