@@ -61,6 +61,8 @@ def same(one: PointReader, other: PointReader, bounds: Bounds) -> int:
     assert np.array_equal(a.views, b.views)
     assert np.array_equal(a.colour, b.colour)
     assert [a.names[i] for i in a.image] == [b.names[i] for i in b.image]
+    uncut = np.concatenate([part.xyz for part in one.parts(bounds)])
+    assert np.array_equal(uncut[within(uncut, bounds)], b.xyz)
     return len(a)
 
 

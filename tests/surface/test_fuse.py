@@ -10,7 +10,7 @@ import pytest
 
 from cityflow.core.depth_map import ImagePoints, joined
 from cityflow.core.grid import Grid
-from cityflow.surface.fuse import FuseParameters, fill_steps, fuse
+from cityflow.surface.fuse import FuseParameters, fill_steps, fuse, fused_with_noise
 from image_point_scenes import SIZE, depth_points, flight, moved, rotated, truth
 
 CELL = 0.2
@@ -80,6 +80,20 @@ def test_strips_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = fuse(points(), GRID)
     monkeypatch.setattr("cityflow.surface.fuse.STRIP_CELLS", 37 * GRID.cols)
     assert fuse(points(), GRID).dsm.tobytes() == whole.dsm.tobytes()
+
+
+@pytest.mark.parametrize("strip", [1, 37])
+def test_only_what_is_around_points_is_fused(monkeypatch: pytest.MonkeyPatch, strip: int) -> None:
+    cloud = points()
+    few = cloud.take((np.abs(cloud.xyz[:, 0] - 15.0) < 4.0) & (np.abs(cloud.xyz[:, 1] - 11.0) < 3.0))
+    monkeypatch.setattr("cityflow.surface.fuse.STRIP_CELLS", GRID.rows // strip * GRID.cols)
+    part = fused_with_noise(few, GRID, FuseParameters())
+    monkeypatch.setattr("cityflow.surface.fuse.RIM_CELLS", GRID.rows)
+    whole = fused_with_noise(few, GRID, FuseParameters())
+    assert np.isfinite(part[0].dsm).any()
+    for name in ("dsm", "count", "sigma"):
+        assert getattr(part[0], name).tobytes() == getattr(whole[0], name).tobytes()
+    assert part[1].tobytes() == whole[1].tobytes()
 
 
 def test_noise_of_a_plane_is_averaged_and_its_precision_honest() -> None:

@@ -88,16 +88,30 @@ class PointReader:
         self._box: dict[str, Box] = {}
 
     def __call__(self, bounds: Bounds) -> ImagePoints:
-        parts = {}
-        for name in self._maps:
-            if name in self._extent and not bounds_meet(self._extent[name], grown(bounds, ROUNDED_M)):
-                continue
-            parts[name] = standing(self._points(name), bounds)
+        parts = {name: self._standing(name, bounds) for name in self._wanted(bounds)}
         found = joined(list(parts.values()), self._bands)
         if self._share(parts, found):
             del parts
             hand_back_heap()
         return found
+
+    def parts(self, bounds: Bounds) -> list[ImagePoints]:
+        """Those of each map, at least one part; and perhaps others, which are cheaper to keep than to copy the rest."""
+        return [self._points(name) for name in self._wanted(bounds)] or [joined([], self._bands)]
+
+    def _wanted(self, bounds: Bounds) -> list[str]:
+        """Maps that may have points there."""
+        asked = grown(bounds, ROUNDED_M)
+        return [name for name in self._maps if name not in self._extent or bounds_meet(self._extent[name], asked)]
+
+    def _standing(self, name: str, bounds: Bounds) -> ImagePoints:
+        """Points of a map in half-open bounds."""
+        points = self._points(name)
+        if len(points):
+            x_min, y_min, _, x_max, y_max, _ = self._box[name]
+            if x_min >= bounds[0] and y_min >= bounds[1] and x_max < bounds[2] and y_max < bounds[3]:
+                return points
+        return standing(points, bounds)
 
     def _share(self, parts: dict[str, ImagePoints], found: ImagePoints) -> bool:
         """Maps that are whole in what was found, which is most of it, are kept as parts of that: their points stand in memory once. Whether it was so."""
@@ -173,15 +187,23 @@ def compared(store: Store, given: DepthInputs, around: Bounds) -> Compared:
     words = words_for(witnesses, around, given.witnesses)
     del witnesses
     hand_back_heap()
-    votes = {path: (places[path][0], words[places[path][0]].over(places[path][1])) for path in given.maps}
+    votes = {}
+    for path in given.maps:
+        name, window = places[path]
+        votes[path] = name, _in_little_memory(words[name].over(window))
 
     def read(path: str) -> ImagePoints:
         depth_map = decode_depth_map(store.read_bytes(path))
         return standing_points(depth_map, votes[path][1], images[depth_map.image], around)
 
-    # most maps of tiles farther off are witnesses only
+    # the others are witnesses only
     wanted = [path for path in given.maps if votes[path][1].any()]
     return Compared(PointReader(wanted, read, given.bands), votes)
+
+
+def _in_little_memory(votes: ByteArray) -> ByteArray:
+    """The same; most maps of tiles farther off have none."""
+    return votes if votes.any() else np.broadcast_to(np.uint8(0), votes.shape)
 
 
 def checked_boxes(store: Store, given: CheckedInputs) -> dict[str, Box]:

@@ -6,8 +6,9 @@ floats, the cell chooses again among its other points, and what still floats goe
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import cv2
 import numpy as np
@@ -17,6 +18,8 @@ from pydantic import Field
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Bounds, Grid
+from cityflow.core.heap import hand_back_heap
+from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.surface.fuse_cells import CellPoints, Weighing, cell_points, chosen, kept_in_place, not_below
 from cityflow.surface.fuse_fill import fill_from_below
@@ -34,6 +37,18 @@ PointSource = ImagePoints | Callable[[Bounds], ImagePoints]
 def points_within(source: PointSource, bounds: Bounds) -> ImagePoints:
     """All points that a source has within bounds, and perhaps others."""
     return source if isinstance(source, ImagePoints) else source(bounds)
+
+
+@runtime_checkable
+class InParts(Protocol):
+    """A source that may also give its points in parts, as it has them."""
+
+    def parts(self, bounds: Bounds) -> Sequence[ImagePoints]: ...
+
+
+def parts_within(source: PointSource, bounds: Bounds) -> Sequence[ImagePoints]:
+    """All points that a source has within bounds, and perhaps others, in one part or more; what a source has in parts is not copied."""
+    return source.parts(bounds) if isinstance(source, InParts) else [points_within(source, bounds)]
 
 
 RADIUS_CELLS = 1.4
@@ -58,6 +73,8 @@ PLANE_CELLS = 2.0
 """Neighbours this far on the same surface steady a cell, cells."""
 SPECK_STEP_CELLS = 3.0
 """A patch ends at a step above this, cells."""
+RIM_CELLS = 8
+"""Farther from all points there is no surface, nor what one depends on: modes, planes and steps reach less far one after the other, cells."""
 FILL_STEP_M = 0.5
 """Heights around a hole with a wider gap are two surfaces, metres."""
 FILL_SLOPE = 0.3
@@ -125,11 +142,39 @@ def fused_with_noise(points: PointSource, grid: Grid, p: FuseParameters) -> tupl
         last = min(first + rows, grid.rows)
         low, high = max(first - p.halo_cells, 0), min(last + p.halo_cells, grid.rows)
         strip = Grid(grid.x_min, grid.y_max - low * grid.cell, grid.cell, high - low, grid.cols)
-        part, rough = _fused_strip(points_within(points, _grown(strip)), strip, p)
-        inner = slice(first - low, last - low)
-        dsm[first:last], count[first:last], sigma[first:last] = part.dsm[inner], part.count[inner], part.sigma[inner]
-        noise[first:last] = rough[inner]
+        inside = points_within(points, _grown(strip))
+        some = _part_with_points(inside, strip)
+        if some is None:
+            continue
+        part, rough = _fused_strip(inside, some, p)
+        rows_of, cols = grid.slices(some)
+        own = slice(max(rows_of.start, first), max(min(rows_of.stop, last), first))
+        inner = slice(own.start - rows_of.start, max(own.stop - rows_of.start, 0))
+        for whole, found in ((dsm, part.dsm), (count, part.count), (sigma, part.sigma), (noise, rough)):
+            whole[own, cols] = found[inner]
     return Fused(grid, dsm, count, sigma), noise
+
+
+def _part_with_points(points: ImagePoints, grid: Grid) -> Grid | None:
+    """The part of the grid around its points, outside which nothing is; None where it has none."""
+    x_min, y_min, x_max, y_max = _bounds_within(points.xyz, grid.bounds)
+    if x_min > x_max:
+        return None
+    top, left = (max(int(d / grid.cell) - RIM_CELLS, 0) for d in (grid.y_max - y_max, x_min - grid.x_min))
+    bottom = min(int((grid.y_max - y_min) / grid.cell) + RIM_CELLS + 1, grid.rows)
+    right = min(int((x_max - grid.x_min) / grid.cell) + RIM_CELLS + 1, grid.cols)
+    return Grid(grid.x_min + left * grid.cell, grid.y_max - top * grid.cell, grid.cell, bottom - top, right - left)
+
+
+@njit(cache=True, nogil=True)
+def _bounds_within(xyz: FloatArray, bounds: Bounds) -> Bounds:
+    """Around the points that stand in `bounds`, with their edges; the least is greater than the greatest where there are none."""
+    x_0, y_0, x_1, y_1 = np.inf, np.inf, -np.inf, -np.inf
+    for i in range(len(xyz)):
+        x, y = xyz[i, 0], xyz[i, 1]
+        if x >= bounds[0] and x <= bounds[2] and y >= bounds[1] and y <= bounds[3]:
+            x_0, y_0, x_1, y_1 = min(x, x_0), min(y, y_0), max(x, x_1), max(y, y_1)
+    return x_0, y_0, x_1, y_1
 
 
 def strip_rows(grid: Grid) -> int:
@@ -170,6 +215,7 @@ def _surface(
         steep = chosen(points, points.steep)
         found, in_steep = modes(steep, rule), steep.in_cells
         del steep
+        hand_back_heap()
         z = on_planes(found, *planes)
         points = without_what_lies_beneath(points, np.where(_specks(z, grid, p), np.nan, z).astype(np.float32), grid)
         # what is seen by steep views alone has its surface

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.kernels import njit
 from cityflow.surface.centre_points import (
     Buffer,
@@ -58,25 +58,22 @@ class Modes(NamedTuple):
     Attributes
     ----------
     z : float64, mean height of the agreeing points, metres;  u, v : float32, their mean place from the centre, cells
-    support : float32, sum of their weights;  share : float32, of the weight of all points around
+    support : float32, sum of their weights
     sigma : float32, expected standard deviation of the height, metres
-    images : uint8, reference images among them
     """
 
     z: FloatArray
     u: Float32Array
     v: Float32Array
     support: Float32Array
-    share: Float32Array
     sigma: Float32Array
-    images: ByteArray
 
 
 def modes(points: CellPoints, rule: ModeRule) -> Modes:
     """The mode of each cell."""
     shape = points.shape
-    u, v, support, share, sigma = np.zeros((5, *shape), np.float32)
-    found = Modes(np.full(shape, np.nan), u, v, support, share, sigma, np.zeros(shape, np.uint8))
+    u, v, support, sigma = np.zeros((4, *shape), np.float32)
+    found = Modes(np.full(shape, np.nan), u, v, support, sigma)
     _all_modes(points, np.ones(shape, np.bool_), found.z.copy(), rule, found)
     return found
 
@@ -197,10 +194,9 @@ def _describe(
     (r, c), (centre, band) = cell, surface
     at, height, weight, east, south, _ = buffer
     sigma, image = cells.sigma, cells.image
-    total, inner, s_z, s_zz, s_u, s_v, s_s = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    inner, s_z, s_zz, s_u, s_v, s_s = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     seen = np.uint64(0)
     for i in range(n):
-        total += weight[i]
         d = height[i] - centre
         if abs(d) > band / 2:
             continue
@@ -210,15 +206,13 @@ def _describe(
         seen |= np.uint64(1) << np.uint64(image[p] % 64)
     if inner <= 0:
         return
-    number = _bits(seen)
     mean = s_z / inner
     scatter = np.sqrt(max(s_zz / inner - mean * mean, 0.0))
     found.z[r, c] = centre + mean
     found.u[r, c], found.v[r, c] = s_u / inner, s_v / inner
-    found.support[r, c], found.share[r, c] = inner, inner / total
+    found.support[r, c] = inner
     # errors within one depth map go together, so only images count as independent
-    found.sigma[r, c] = max(s_s / inner, scatter) / np.sqrt(number)
-    found.images[r, c] = number
+    found.sigma[r, c] = max(s_s / inner, scatter) / np.sqrt(_bits(seen))
 
 
 @njit(cache=True, nogil=True)

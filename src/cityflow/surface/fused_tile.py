@@ -16,7 +16,7 @@ from cityflow.surface.fuse import (
     PointSource,
     fill_steps,
     fused_with_noise,
-    points_within,
+    parts_within,
     strip_rows,
 )
 from cityflow.surface.overview import surface_colour
@@ -124,7 +124,7 @@ def _colour(points: PointSource, fused: Fused, factor: int) -> Float32Array:
     for first in range(0, grid.rows, rows):
         last = min(first + rows, grid.rows)
         strip = Grid(grid.x_min, grid.y_max - first * grid.cell, grid.cell, last - first, grid.cols)
-        inside = points_within(points, strip.bounds)
+        inside = parts_within(points, strip.bounds)
         found = surface_colour(inside, fused.dsm[first:last], strip, factor, COLOUR_REACH_CELLS * grid.cell)
         none: NDArray[np.float32] = np.empty(((last - first) // factor, grid.cols // factor, 0), np.float32)
         parts.append(none if found is None else found)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -133,14 +135,16 @@ def _sharpened(klass: ByteArray, ndsm: Float32Array, factor: int, high_m: float)
 
 
 def surface_colour(
-    points: ImagePoints, dsm: Float32Array, grid: Grid, factor: int, reach_m: float
+    parts: Sequence[ImagePoints], dsm: Float32Array, grid: Grid, factor: int, reach_m: float
 ) -> NDArray[np.float32] | None:
-    """(rows, cols, bands) mean colour per coarse cell of the points within `reach_m` of the fine surface; NaN without; None for no colour."""
-    bands = points.colour.shape[1]
+    """(rows, cols, bands) mean colour per coarse cell of the points within `reach_m` of the fine surface, in at least one part; NaN without; None for no
+    colour."""
+    bands = parts[0].colour.shape[1]
     if bands < 3:
         return None
     sums = np.zeros((grid.rows // factor, grid.cols // factor, bands + 1))
-    _add_colours(points.xyz, points.colour, dsm, (grid.x_min, grid.y_max, grid.cell), factor, reach_m, sums)
+    for points in parts:
+        _add_colours(points.xyz, points.colour, dsm, (grid.x_min, grid.y_max, grid.cell), factor, reach_m, sums)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray(np.where(sums[..., -1:] > 0, sums[..., :-1] / sums[..., -1:], np.nan), np.float32)
 

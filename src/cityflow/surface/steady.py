@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cityflow.core.arrays import Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.kernels import njit
 from cityflow.surface.fuse_cells import CellPoints
 
@@ -176,33 +176,50 @@ def _average(taps, own, limits, step):  # type: ignore[no-untyped-def]
     zero, one, size = np.float32(0), np.float32(1), np.float32(step)
     sums, plane = np.empty((SUMS, cols), np.float32), np.empty((3, cols), np.float32)
     for r in range(rows):
-        plane[0], plane[1], plane[2] = zero, east[r] * size, south[r] * size
+        first, last = _going_part(going[r])
+        if first == last:
+            continue
+        own, many = slice(first, last), slice(0, last - first)
+        plane[0, many], plane[1, many], plane[2, many] = zero, east[r, own] * size, south[r, own] * size
         for _ in range(ROUNDS):
             sums[:] = zero
             for k in range(-TAPS, TAPS + 1):
                 for m in range(-TAPS, TAPS + 1):
-                    at = TAPS + m
+                    at = (TAPS + m) * step
                     row = r + (TAPS + k) * step
-                    tap = slice(at * step, at * step + cols)
+                    tap = slice(at + first, at + last)
                     near = np.float32(1.0 - (k * k + m * m) / ((TAPS + 1.0) * (TAPS + 1.0)))
                     _add(
                         (taps[0][row, tap], taps[1][row, tap], taps[2][row, tap]),
                         (np.float32(m), np.float32(k), near),
-                        height[r],
-                        variance[r],
+                        height[r, own],
+                        variance[r, own],
                         plane,
                         sums,
                     )
-            _solve(sums, plane, going[r])
-        for c in range(cols):
-            n = sums[0, c]
-            new = height[r, c] + plane[0, c]
+            _solve(sums, plane, going[r, own])
+        for c in range(first, last):
+            n = sums[0, c - first]
+            new = height[r, c] + plane[0, c - first]
             going[r, c] = going[r, c] and n > zero and low[r, c] <= new and new <= high[r, c]
             if going[r, c]:
-                height[r, c], east[r, c], south[r, c] = new, plane[1, c] / size, plane[2, c] / size
-                variance[r, c] *= np.float32(IN_COMMON) + np.float32(1 - IN_COMMON) * min(sums[9, c] / (n * n), one)
+                height[r, c], east[r, c], south[r, c] = new, plane[1, c - first] / size, plane[2, c - first] / size
+                variance[r, c] *= np.float32(IN_COMMON) + np.float32(1 - IN_COMMON) * min(
+                    sums[9, c - first] / (n * n), one
+                )
                 sure = np.float32(SURE) * np.sqrt(variance[r, c])
                 low[r, c], high[r, c] = max(low[r, c], new - sure), min(high[r, c], new + sure)
+
+
+@njit(cache=True, nogil=True)
+def _going_part(going: BoolArray) -> tuple[int, int]:
+    """The part of a row from the first cell that still widens its window to the last."""
+    first, last = 0, len(going)
+    while first < last and not going[first]:
+        first += 1
+    while first < last and not going[last - 1]:
+        last -= 1
+    return first, last
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
