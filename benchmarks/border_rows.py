@@ -13,7 +13,7 @@ import shapely
 from shapely import LineString, Polygon
 
 import split_delft
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.points import concatenate
 from cityflow.core.splitting import SplitEvidence
 from cityflow.evaluation.outlines import united_by_adjacency
@@ -22,7 +22,8 @@ from cityflow.io.points.las import read_points
 from cityflow.splitting import split as splitting
 from cityflow.splitting.borders.border_model import LEAST_STATIONS, row_ends
 from cityflow.splitting.borders.station_features import StationTable
-from cityflow.splitting.lidar.lidar_cuts import free_ends, lidar_table
+from cityflow.splitting.cuts.cuts import free_ends
+from cityflow.splitting.lidar.lidar_cuts import lidar_table
 from cityflow.splitting.strips.axis_strips import AxisStrip
 from cityflow.splitting.strips.slices import SegmentPoints
 from cityflow.synthetic.town_lidar import TownLidarParameters
@@ -47,6 +48,7 @@ class KnownRow:
     ends : stations beyond both ends, as `row_choice.Row` has them
     borders : (B,) u of the true borders across it, metres
     group : (S,) as `row_choice.Row` has it;  groups : how many of the borders have a station
+    may : (S,) stations that may be borders; None where all may
     """
 
     block: int
@@ -55,6 +57,7 @@ class KnownRow:
     borders: FloatArray
     group: IntArray
     groups: int
+    may: BoolArray | None = None
 
 
 def strips_within(evidence: SplitEvidence) -> list[tuple[AxisStrip, Polygon, SplitEvidence, SegmentPoints]]:

@@ -1,8 +1,10 @@
-"""The model of borders from LiDAR: fitted on rows of synthetic streets, judged on others and on the footprints of Delft.
+"""The models of borders, from LiDAR alone and with pictures: fitted on rows of synthetic streets or flights, judged on others and on the footprints of Delft.
 
     python benchmarks/fit_borders.py --cache FOLDER            # judge the committed weights on streets that they were not fitted on, strip by strip
     python benchmarks/fit_borders.py --cache FOLDER --write    # fit them anew, and write them into `splitting/borders/border_weights.py`
     python benchmarks/fit_borders.py --cache FOLDER --folds    # Delft in two halves by blocks, each judged by a fit to streets and the other half
+    python benchmarks/fit_borders.py --cache FOLDER --pictures [--write]   # all files that `picture_rows.py` has left there: judged by files, or fitted
+    python benchmarks/fit_borders.py --cache FOLDER --pictures --folds     # in four parts by files, each judged by a fit to the other three
 
 The likelihood is that of the true borders of a row among all sequences of borders (`row_choice.py`), so odds of features and values of
 widths are fitted at once. No weight is negative, so a feature acts with its sign. Whole outlines are judged by `split_lidar.py` and `split_delft.py`.
@@ -16,6 +18,7 @@ from collections.abc import Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
@@ -31,7 +34,7 @@ from cityflow.splitting.borders.border_model import (
     width_factors,
     width_parts,
 )
-from cityflow.splitting.borders.border_weights import LIDAR, Weights
+from cityflow.splitting.borders.border_weights import LIDAR, PICTURES, Weights
 from cityflow.splitting.borders.row_choice import ANY, Row, choose
 from cityflow.splitting.borders.station_features import FEATURES
 from cityflow.splitting.lidar.lidar_cuts import borders_of_row
@@ -42,6 +45,9 @@ JUDGED = ((161, 8), (162, 14))
 """Seeds and pulses per m² of the streets, and of the rows without annexes, that the weights are fitted to; and of streets that judge them."""
 SMALL, EVEN, FEW = 0.3, 0.5, 0.02
 """What keeps weights of features small, values of widths even, and all of the latter finite where no unit is as wide."""
+PICTURES_SMALL, NEAR_LIDAR = 0.3, 0.3
+"""With pictures: what keeps weights small, and values of widths near those that were fitted to the many streets."""
+PARTS = 4
 ROUNDS = 60
 HIT_M, NAMED = 0.75, 0.05
 BINS = (0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.01)
@@ -57,7 +63,22 @@ def weights_of(x: FloatArray) -> Weights:
     return Weights(base, features, tuple(round(float(w), 3) for w in x[WIDTHS]), open_, regular, mode)
 
 
-def unlikelihood(x: FloatArray, rows: Sequence[KnownRow], columns: Sequence[FloatArray]) -> tuple[float, FloatArray]:
+class Kept(NamedTuple):
+    """What keeps weights small, values of widths even, and these near given ones."""
+
+    small: float
+    even: float
+    near: float
+    given: FloatArray
+
+
+STREETS = Kept(SMALL, EVEN, FEW, np.zeros(len(WIDTHS_M) + 3))
+FLIGHTS = Kept(PICTURES_SMALL, 0.0, NEAR_LIDAR, np.array([*LIDAR.widths, LIDAR.open, LIDAR.regular, LIDAR.mode]))
+
+
+def unlikelihood(
+    x: FloatArray, rows: Sequence[KnownRow], columns: Sequence[FloatArray], keep: Kept
+) -> tuple[float, FloatArray]:
     """Minus the logarithm of the probability of all true borders, with what keeps weights small; and its gradient."""
     shares, regular = width_parts()
     exact = Weights(x[0], (), tuple(x[WIDTHS]), x[OPEN], x[REGULAR], x[MODE])
@@ -66,7 +87,7 @@ def unlikelihood(x: FloatArray, rows: Sequence[KnownRow], columns: Sequence[Floa
     for row, ramp in zip(rows, columns, strict=True):
         odds = x[0] + ramp @ x[1 : 1 + COLUMNS]
         free = np.abs(odds) < MOST_ODDS
-        odds = np.clip(odds, -MOST_ODDS, MOST_ODDS)
+        odds = allowed(row, np.clip(odds, -MOST_ODDS, MOST_ODDS))
         true = choose(Row(odds, *row.ends, row.group, row.groups), factors, modes)
         if not np.isfinite(true.log_sum):  # units narrower than any that the model allows
             continue
@@ -79,24 +100,31 @@ def unlikelihood(x: FloatArray, rows: Sequence[KnownRow], columns: Sequence[Floa
         slope[WIDTHS] += shares[1:].T @ of_width[1:]
         slope[[OPEN, REGULAR, MODE]] += of_width[0], (units * regular).sum(), (any_.modes - true.modes)[1:].sum()
     bend = np.diff(np.eye(len(WIDTHS_M)), 2, axis=0)
-    w, v, rest = x[1 : 1 + COLUMNS], x[WIDTHS], x[WIDTHS.start :]
-    total += SMALL * float(w @ w) + EVEN * float(((bend @ v) ** 2).sum()) + FEW * float(rest @ rest)
-    slope[1 : 1 + COLUMNS] += 2 * SMALL * w
-    slope[WIDTHS] += 2 * EVEN * bend.T @ (bend @ v)
-    slope[WIDTHS.start :] += 2 * FEW * rest
+    w, v, rest = x[1 : 1 + COLUMNS], x[WIDTHS], x[WIDTHS.start :] - keep.given
+    total += keep.small * float(w @ w) + keep.even * float(((bend @ v) ** 2).sum()) + keep.near * float(rest @ rest)
+    slope[1 : 1 + COLUMNS] += 2 * keep.small * w
+    slope[WIDTHS] += 2 * keep.even * bend.T @ (bend @ v)
+    slope[WIDTHS.start :] += 2 * keep.near * rest
     return total, slope
 
 
-def fitted(rows: Sequence[KnownRow]) -> Weights:
+def allowed(row: KnownRow, odds: FloatArray) -> FloatArray:
+    """Odds of stations, none where no place was proposed."""
+    return odds if row.may is None else np.where(row.may, odds, -np.inf)
+
+
+def fitted(rows: Sequence[KnownRow], keep: Kept = STREETS) -> Weights:
     x = np.concatenate([[-3.0], np.full(COLUMNS, 0.5), np.zeros(len(WIDTHS_M) + 3)])
     bounds = [(None, 0.0), *[(0.0, None)] * COLUMNS, *[(None, None)] * (len(WIDTHS_M) + 1), (0.0, 5.0), (-6.0, 6.0)]
     columns = [ramps(r.table) for r in rows]
-    found = minimize(unlikelihood, x, (rows, columns), "L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": ROUNDS})
+    found = minimize(
+        unlikelihood, x, (rows, columns, keep), "L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": ROUNDS}
+    )
     return weights_of(found.x)
 
 
 def named(row: KnownRow, weights: Weights) -> list[tuple[float, float]]:
-    odds = station_odds(row.table, weights)
+    odds = allowed(row, station_odds(row.table, weights))
     found = choose(Row(odds, *row.ends, np.full(len(odds), ANY), 0), *width_factors(weights))
     return [(u, p) for u, p in borders_of_row(row.table.u, found.border) if p >= NAMED]
 
@@ -126,14 +154,27 @@ def judge(title: str, rows: Sequence[KnownRow], weights: Weights, near_m: float 
     )
 
 
-def write(weights: Weights) -> None:
+def write(name: str, weights: Weights) -> None:
+    """In place of the weights of that name."""
     path = Path(str(border_weights.__file__))
     lines = [f"    {w},  # {f.name}" for f, w in zip(FEATURES, weights.features, strict=True)]
     text = "\n".join([
-        "LIDAR = Weights(", f"    {weights.base}, (", *[f"    {line}" for line in lines], "    ),",
-        f"    {weights.widths}, {weights.open}, {weights.regular}, {weights.mode},", ")  # fmt: skip", "",
+        f"{name} = Weights(", f"    {weights.base}, (", *[f"    {line}" for line in lines], "    ),",
+        f"    {weights.widths}, {weights.open}, {weights.regular}, {weights.mode},", ")  # fmt: skip",
     ])  # fmt: skip
-    path.write_text(re.sub(r"^LIDAR = Weights\(.*\Z", lambda _: text, path.read_text(), flags=re.MULTILINE | re.DOTALL))
+    own = re.compile(rf"^{name} = Weights\(.*?^\)  # fmt: skip$", flags=re.MULTILINE | re.DOTALL)
+    path.write_text(own.sub(lambda _: text, path.read_text()))
+
+
+def judge_pictures(cache: Path, folds: bool) -> None:
+    """Each file by the committed weights, or by those fitted to the other parts."""
+    files = {path.stem: kept(cache, path.stem, list) for path in sorted(cache.glob("*.rows"))}
+    for k in range(PARTS if folds else 1):
+        held = sorted(files)[k::PARTS] if folds else sorted(files)
+        others = [row for name, rows in files.items() if name not in held for row in rows]
+        weights = fitted(others, FLIGHTS) if folds else PICTURES
+        for name in held:
+            judge(name, files[name], weights)
 
 
 def main() -> None:
@@ -143,7 +184,15 @@ def main() -> None:
     )
     options.add_argument("--write", action="store_true")
     options.add_argument("--folds", action="store_true")
+    options.add_argument("--pictures", action="store_true")
     asked = options.parse_args()
+    if asked.pictures and asked.write:
+        paths = sorted(asked.cache.glob("*.rows"))
+        write("PICTURES", fitted([row for path in paths for row in kept(asked.cache, path.stem, list)], FLIGHTS))
+        return
+    if asked.pictures:
+        judge_pictures(asked.cache, asked.folds)
+        return
 
     def streets(seeds: Sequence[tuple[int, int]], plain: bool = False) -> list[KnownRow]:
         name = "plain" if plain else "street"
@@ -160,7 +209,7 @@ def main() -> None:
             judge(f"Delft, half {k}", halves[k], weights, 1.0)
         return
     if asked.write:
-        write(fitted(rows))
+        write("LIDAR", fitted(rows))
         return
     for seed, density in JUDGED:
         judge(f"street {seed}, {density}/m²", streets([(seed, density)]), LIDAR)

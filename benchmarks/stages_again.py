@@ -32,9 +32,9 @@ def records_of(run: Path) -> dict[tuple[str, str], Record]:
     return {(record.stage, record.unit): record for record in found}
 
 
-def tasks_of(wanted: Prepared, records: dict[tuple[str, str], Record]) -> list[Task]:
-    """All tasks of the run that have a record, with their texts in the RUN."""
-    source, texts, found = wanted.source(), SharedTexts(wanted.store), []
+def tasks_of(wanted: Prepared, records: dict[tuple[str, str], Record], texts: SharedTexts | None = None) -> list[Task]:
+    """All tasks of the run that have a record, with their texts in the RUN, or where `texts` leaves them."""
+    source, texts, found = wanted.source(), texts or SharedTexts(wanted.store), []
     ready = list(source.initial())
     while ready:
         task = ready.pop()

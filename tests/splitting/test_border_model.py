@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import FloatArray
-from cityflow.splitting.borders.border_model import WIDTHS_M, ramps, row_probabilities, station_odds, width_factors
-from cityflow.splitting.borders.border_weights import LIDAR
-from cityflow.splitting.borders.station_features import FEATURES, STATION_M, StationTable
+from cityflow.splitting.borders.border_model import (
+    WIDTHS_M,
+    place_probabilities,
+    ramps,
+    row_probabilities,
+    station_odds,
+    width_factors,
+)
+from cityflow.splitting.borders.border_weights import LIDAR, PICTURES, Weights
+from cityflow.splitting.borders.station_features import FEATURES, SHAPE, STATION_M, StationTable
 from cityflow.splitting.strips.axis_strips import AxisStrip
 
 LENGTH_M = 36.0
@@ -34,12 +41,13 @@ def around(probability: FloatArray, place: float) -> float:
     return float(probability[np.abs(U - place) < 0.9].sum())
 
 
+@pytest.mark.parametrize("weights", [LIDAR, PICTURES], ids=["LiDAR", "pictures"])
 @pytest.mark.parametrize("feature", FEATURES, ids=lambda f: f.name)
-def test_more_of_a_feature_never_acts_against_its_sign(feature: object) -> None:
+def test_more_of_a_feature_never_acts_against_its_sign(feature: object, weights: Weights) -> None:
     k = [f.name for f in FEATURES].index(feature.name)  # type: ignore[attr-defined]
     values = np.zeros((30, len(FEATURES)))
     values[:, k] = np.linspace(0, 1.5 * FEATURES[k].knots[-1], 30)
-    odds = station_odds(StationTable(np.arange(30.0), values), LIDAR)
+    odds = station_odds(StationTable(np.arange(30.0), values), weights)
     assert (np.diff(odds) * FEATURES[k].sign >= -1e-12).all()
 
 
@@ -49,13 +57,18 @@ def test_what_is_not_known_says_nothing() -> None:
     assert station_odds(unknown, LIDAR)[0] == LIDAR.base
 
 
-def test_weights_fit_the_table_of_features() -> None:
-    assert [len(w) for w in LIDAR.features] == [len(f.knots) for f in FEATURES]
-    assert all(w >= 0 for part in LIDAR.features for w in part)
-    assert len(LIDAR.widths) == len(WIDTHS_M)
-    factors, modes = width_factors(LIDAR)
+@pytest.mark.parametrize("weights", [LIDAR, PICTURES], ids=["LiDAR", "pictures"])
+def test_weights_fit_the_table_of_features(weights: Weights) -> None:
+    assert [len(w) for w in weights.features] == [len(f.knots) for f in FEATURES]
+    assert all(w >= 0 for part in weights.features for w in part)
+    assert len(weights.widths) == len(WIDTHS_M)
+    factors, modes = width_factors(weights)
     assert np.isfinite(factors).all()
     assert modes[0] == 1.0
+
+
+def test_points_alone_say_nothing_of_pictures() -> None:
+    assert not any(w for part in LIDAR.features[len(SHAPE) :] for w in part)
 
 
 def test_clear_valleys_are_borders_and_nothing_else_is() -> None:
@@ -73,3 +86,65 @@ def test_a_border_without_a_trace_is_likelier_where_its_neighbours_are_as_wide()
 
 def test_a_plain_roof_stays_whole() -> None:
     assert probabilities(table()).sum() < 0.5
+
+
+def _row(length_m: float = LENGTH_M) -> AxisStrip:
+    stations = np.arange(0.0, length_m + 0.1, STATION_M)
+    return AxisStrip(np.zeros(2), np.array([1.0, 0.0]), stations, 0 * stations, 0 * stations + 9.0, length_m)
+
+
+def _shown(places: tuple[float, ...], **marks: float) -> tuple[FloatArray, FloatArray]:
+    values = np.full((len(places), len(FEATURES)), np.nan)
+    for name, value in marks.items():
+        values[:, [f.name for f in FEATURES].index(name)] = value
+    return np.array(places), values
+
+
+CLEAR = {
+    "roof_sigmas": 9.0,
+    "roof_far_sigmas": 9.0,
+    "roof_alike": 0.0,
+    "facade_sigmas": 9.0,
+    "facade_change": 0.5,
+    "facade_alike": 0.0,
+    "clearest": 1.0,
+    "second": 1.0,
+}
+ALIKE = {
+    "roof_sigmas": 0.0,
+    "roof_far_sigmas": 0.0,
+    "roof_alike": 1.0,
+    "facade_sigmas": 0.0,
+    "facade_change": 0.0,
+    "facade_alike": 1.0,
+    "clearest": 0.0,
+    "second": 0.0,
+}
+
+
+def test_clear_colours_are_borders_and_equal_ones_are_not() -> None:
+    places = (7.0, 14.0, 21.0, 28.0)
+    assert place_probabilities(*_shown(places, **CLEAR, sloped=0.8), _row(), (True, True)).min() > 0.8
+    assert place_probabilities(*_shown(places, **ALIKE, sloped=0.2), _row(), (True, True)).max() < 0.05
+
+
+def test_borders_are_only_where_places_are_proposed() -> None:
+    assert not len(place_probabilities(np.empty(0), np.empty((0, len(FEATURES))), _row(), (True, True)))
+    assert place_probabilities(*_shown((14.0,), **CLEAR), _row(), (True, True)).shape == (1,)
+
+
+def test_two_places_at_one_station_are_one_border() -> None:
+    u, values = _shown((14.0, 14.1), **CLEAR, sloped=0.8)
+    values[1] = _shown((14.1,), **ALIKE)[1]
+    found = place_probabilities(u, values, _row(), (True, True))
+    assert found[0] > 0.5
+    assert found[1] == 0.0
+
+
+def test_a_step_of_a_storey_between_equal_colours_is_doubted() -> None:
+    step = {"step_sigmas": 9.0, "step": 0.9, "marked": 1.0, "sloped": 0.9, "upright": 0.9}
+    own, same = (
+        place_probabilities(*_shown((14.0,), **kind, **step, storey_alike=alike), _row(), (True, True))[0]
+        for kind, alike in ((CLEAR, 0.0), (ALIKE, 1.0))
+    )
+    assert own > 0.8 > 0.2 > same

@@ -12,8 +12,9 @@ from shapely import Polygon
 
 from cityflow.core.parameters import Parameters
 from cityflow.core.splitting import SURFACE, CutLine, Segments, SplitEvidence, Splitting, joined_segments
+from cityflow.splitting.borders.picture_cuts import picture_candidates
 from cityflow.splitting.cuts.cut_chords import line_at, off_corners, turned
-from cityflow.splitting.cuts.cuts import Candidate, candidates
+from cityflow.splitting.cuts.cuts import Candidate
 from cityflow.splitting.directions.principal import (
     Principal,
     PrincipalParameters,
@@ -232,7 +233,7 @@ def _of_strip(
 ) -> list[Candidate]:
     if evidence.frames[0].ortho is None:
         return lidar_candidates(strip, part, evidence, points, sigma)
-    return candidates(look_at_strip(strip, part, evidence, points, cells), part, sigma)
+    return picture_candidates(look_at_strip(strip, part, evidence, points, cells), part, sigma)
 
 
 def _within(segments: Segments, part: Polygon) -> Segments:

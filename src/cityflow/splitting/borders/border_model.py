@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.splitting.borders.border_weights import LIDAR, Weights
+from cityflow.splitting.borders.border_weights import LIDAR, PICTURES, Weights
 from cityflow.splitting.borders.row_choice import ANY, Row, choose
 from cityflow.splitting.borders.station_features import FEATURES, STATION_M, StationTable
 from cityflow.splitting.strips.axis_strips import AxisStrip
@@ -84,3 +84,25 @@ def row_probabilities(
     first, last = row_ends(strip, table.u, free)
     row = Row(station_odds(table, weights), first, last, np.full(len(table.u), ANY), 0)
     return choose(row, *width_factors(weights)).border
+
+
+def place_probabilities(
+    places: FloatArray, values: FloatArray, strip: AxisStrip, free: tuple[bool, bool]
+) -> FloatArray:
+    """(P,) probability of a border at each of some places, and nowhere else, by the features that pictures show too.
+
+    Parameters
+    ----------
+    places : (P,) u, ascending; of two that one station stands for, the one with the greater odds counts
+    values : (P, F) as in a table of stations
+    """
+    if not len(places):
+        return np.zeros(0)
+    stations = int(strip.length / STATION_M) + 1
+    at = np.clip(np.round((places - strip.stations[0]) / STATION_M).astype(np.int64), 0, stations - 1)
+    own = station_odds(StationTable(places, values), PICTURES)
+    odds = np.full(stations, -np.inf)
+    np.maximum.at(odds, at, own)
+    first, last = (0 if end else -1 for end in free)
+    border = choose(Row(odds, first, last, np.full(stations, ANY), 0), *width_factors(PICTURES)).border
+    return np.asarray(np.where(own == odds[at], border[at], 0.0))

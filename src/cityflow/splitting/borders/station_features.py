@@ -17,7 +17,7 @@ from cityflow.splitting.strips.strip_rasters import RoofRaster
 
 STATION_M = 0.4
 """Distance of stations; each has the most of what the places around it show."""
-BESIDE_SLICE_M = 0.3
+BESIDE_SLICE_M, BESIDE_PLACE_M = 0.3, 0.45
 
 
 class Feature(NamedTuple):
@@ -35,7 +35,7 @@ class Feature(NamedTuple):
     knots: tuple[float, ...]
 
 
-FEATURES = (
+SHAPE = (
     Feature("step", "share", "rows of the main roof that step here, beyond noise, slopes and bends nearby", 1, (0.1, 0.2, 0.4, 0.7)),
     Feature("step_m", "m", "median size of the step over all rows of the main roof, by lines on either side", 1, (0.1, 0.25, 0.5, 1.0)),
     Feature("valley", "share", "rows that rise to both sides: the gutter between two gables", 1, (0.15, 0.3, 0.5, 0.8)),
@@ -53,6 +53,31 @@ FEATURES = (
     Feature("lengthwise", "ratio", "depth of the strip over the length of its row", -1, (0.6, 1.0, 1.6)),
 )  # fmt: skip
 
+PICTURES = (
+    Feature("step_sigmas", "ratio", "step over what is usual in the row, less where only parts of the depth step", 1, (1.0, 2.0, 4.0, 7.0)),
+    Feature("valley_slope", "tangent", "slope of the flatter of two sides that fall to the place", 1, (0.15, 0.3, 0.6)),
+    Feature("ridge_slope", "tangent", "slope of the flatter of two sides that rise to it", -1, (0.15, 0.4)),
+    Feature("narrower_m", "m", "narrower on one side at both façades, at the one that steps less: a chancel, a wing", -1, (0.3, 1.0, 2.0)),
+    Feature("roof_sigmas", "ratio", "lasting change of the roof's colour over what is usual", 1, (1.0, 2.0, 4.0, 7.0)),
+    Feature("roof_far_sigmas", "ratio", "the same as far as one may look", 1, (1.0, 2.0, 4.0)),
+    Feature("hue_sigmas", "ratio", "change of the roof's hue", 1, (1.0, 2.5, 5.0)),
+    Feature("roof_alike", "share", "how alike the colours of both roofs are where their slopes are", -1, (0.5, 1.0)),
+    Feature("facade_sigmas", "ratio", "sharp and lasting change of colour of the façade that changes more", 1, (1.0, 2.0, 4.0, 7.0)),
+    Feature("other_facade_sigmas", "ratio", "the same of the other façade", 1, (1.0, 2.0, 4.0)),
+    Feature("facade_change", "share", "the change itself, relative", 1, (0.05, 0.15, 0.4)),
+    Feature("facade_alike", "share", "how alike both parts of a façade are, of the façade where they are more so", -1, (0.5, 1.0)),
+    Feature("upright", "share", "height of a façade along which upright segments stand, the greater of both", 1, (0.25, 0.5, 0.8)),
+    Feature("other_upright", "share", "the lesser of both", 1, (0.25, 0.6)),
+    Feature("pipe", "ratio", "how distinct an upright stripe stands on a façade", 1, (1.5, 3.0, 6.0)),
+    Feature("other_pipe", "ratio", "the lesser of both", 1, (1.5, 4.0)),
+    Feature("clearest", "share", "how clear the clearest of roof's shape, roof's colour and façades is", 1, (0.3, 0.6, 0.9)),
+    Feature("second", "share", "the second clearest of these, both façades and segments", 1, (0.3, 0.6, 0.9)),
+    Feature("storey_alike", "share", "a step of a storey or more between equal colours: parts of one building", -1, (0.5, 1.0)),
+    Feature("short_m", "m", "by how much the row is shorter than 12 m", -1, (2.0, 6.0)),
+)  # fmt: skip
+FEATURES = (*SHAPE, *PICTURES)
+"""What the roof's shape and the outline show, then what pictures add, which is not known without them."""
+
 
 @dataclass(frozen=True, slots=True)
 class StationTable:
@@ -61,9 +86,15 @@ class StationTable:
     u: FloatArray
     values: FloatArray
 
+    def around(self, u: float) -> FloatArray:
+        """(F,) the most that the stations beside a place have."""
+        near = np.where(np.isfinite(self.values), self.values, -np.inf)[np.abs(self.u - u) <= BESIDE_PLACE_M]
+        most = near.max(axis=0, initial=-np.inf)
+        return np.where(np.isfinite(most), most, np.nan)
+
 
 def station_table(strip: AxisStrip, roof: RoofRaster, marks: RoofMarks, slices: SliceEvidence) -> StationTable:
-    """Features at stations along the whole strip."""
+    """Features of shape at stations along the whole strip."""
     eaves_and_ridge, shift, ends = profile_steps(strip, roof)
     columns = {
         "step": marks.step, "step_m": marks.all_m, "valley": marks.valley, "ridge": marks.ridge, "wall": marks.wall,
@@ -76,7 +107,8 @@ def station_table(strip: AxisStrip, roof: RoofRaster, marks: RoofMarks, slices: 
     half = max(round(STATION_M / cell / 2), 1)
     inside = np.flatnonzero((marks.u >= strip.stations[0]) & (marks.u <= strip.stations[-1]))
     chosen = inside[half :: 2 * half]
-    values = np.column_stack([_most(columns[f.name], half)[chosen] for f in FEATURES])
+    values = np.full((len(chosen), len(FEATURES)), np.nan)
+    values[:, : len(SHAPE)] = np.column_stack([_most(columns[f.name], half)[chosen] for f in SHAPE])
     return StationTable(marks.u[chosen], values)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from shapely import Point, Polygon
+from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import grown
@@ -16,7 +16,7 @@ from cityflow.splitting.borders.border_position import border_position
 from cityflow.splitting.borders.roof_marks import RoofMarks, roof_marks, roof_rows
 from cityflow.splitting.borders.station_features import StationTable, station_table
 from cityflow.splitting.cuts.cut_chords import line_at
-from cityflow.splitting.cuts.cuts import Candidate
+from cityflow.splitting.cuts.cuts import Candidate, free_ends
 from cityflow.splitting.lidar.lidar_surface import lidar_raster
 from cityflow.splitting.strips.axis_strips import AxisStrip
 from cityflow.splitting.strips.slices import SegmentPoints, SliceEvidence, slice_evidence
@@ -30,7 +30,6 @@ AROUND = 2
 APART_M = 1.6
 LEAST = 0.05
 """Less likely borders are not even named among the rejected."""
-BEYOND_M = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,15 +89,6 @@ def lidar_table(strip: AxisStrip, part: Polygon, evidence: SplitEvidence, points
     marks = roof_marks(rows, roof.u)
     slices = slice_evidence(strip, points, eaves(strip, roof), evidence.ground_height)
     return LidarStrip(roof, rows, marks, slices, station_table(strip, roof, marks, slices))
-
-
-def free_ends(strip: AxisStrip, part: Polygon) -> tuple[bool, bool]:
-    """Whether nothing of the outline goes on beyond the first and the last chord."""
-    free = []
-    for end, outward in ((0, -BEYOND_M), (-1, BEYOND_M)):
-        middle = float(strip.low[end] + strip.high[end]) / 2
-        free.append(not part.contains(Point(strip.to_world(np.array([strip.stations[end] + outward, middle])))))
-    return free[0], free[1]
 
 
 def borders_of_row(u: FloatArray, probability: FloatArray) -> list[tuple[float, float]]:

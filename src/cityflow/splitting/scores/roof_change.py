@@ -14,9 +14,8 @@ ROOF_GUARD_M = 0.16
 ROOF_SHARP_M, ROOF_SHARP_GUARD_M = 1.2, 0.3
 LIGHT_LEAST, SEAM_APART = 0.06, 0.4
 """Change of a roof from which it may be a seam of the mosaic: there roof and ground differ, band by band, by a small share of the change."""
-SHADOW_LEAST, SHADOW_SIDE_M, SHADOWED, SHADOW_HUE = 0.15, 1.5, 0.15, 0.35
-"""Change of a roof from which it may be a shadow's; how far along the ground it is looked for; what is left of its weight;
-share of the change that may be one of hue."""
+SHADOW_LEAST, SHADOW_SIDE_M, SHADOW_HUE = 0.15, 1.5, 0.35
+"""Change of a roof from which it may be a shadow's; how far along the ground it is looked for; share of the change that may be one of hue."""
 
 
 def roof_change(evidence: StripEvidence, u: float, sides: Sides) -> tuple[float, float, float]:

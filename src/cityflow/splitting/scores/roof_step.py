@@ -18,12 +18,11 @@ RIDGE_M, BEND_M = 0.8, 0.4
 
 @dataclass(frozen=True, slots=True)
 class RoofStep:
-    """Size (m) and share of the depth of a step; its sign; slopes along the axis on both sides, and how much they differ; unrest (m)."""
+    """Size (m) of a step, and in each part of the depth; unrest (m); slopes along the axis on both sides, and how much they differ."""
 
     size: float
     groups: FloatArray
     unrest: float
-    signed: float
     before: float
     after: float
 
@@ -40,12 +39,11 @@ def roof_step(evidence: StripEvidence, u: float, limits: tuple[float, float]) ->
     difference = _apart(after[0] - before[0], before[1], after[1])
     known = np.flatnonzero(np.isfinite(difference))
     if len(known) < max(3, 0.3 * rows.shape[1]):
-        return RoofStep(0.0, np.zeros(0), 0.0, 0.0, 0.0, 0.0)
+        return RoofStep(0.0, np.zeros(0), 0.0, 0.0, 0.0)
     groups = np.array([np.median(difference[g]) for g in np.array_split(known, min(4, len(known)))])
     unrest = float(np.median(np.maximum(before[2], after[2])[known]))
     return RoofStep(
-        float(np.median(np.abs(groups))), groups, unrest, float(np.median(difference[known])),
-        float(np.median(before[1][known])), float(np.median(after[1][known])),
+        float(np.median(np.abs(groups))), groups, unrest, float(np.median(before[1][known])), float(np.median(after[1][known])),
     )  # fmt: skip
 
 
