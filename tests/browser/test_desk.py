@@ -223,6 +223,45 @@ def test_a_corner_of_an_outline_is_dragged_and_a_border_drawn(at_the_desk: Chrom
     page.wait("!cityflowView.desk.state.edits.length && !cityflowView.desk.state.pending")
 
 
+def test_a_wrong_border_is_clicked_and_a_missing_outline_drawn(at_the_desk: Chromium, run: Path) -> None:
+    page = at_the_desk
+    choose(page, "double.901150_4600350")
+    page.run(
+        "[...document.querySelectorAll('#desk-correct button')].find((e) => e.textContent === 'Remove border').click()"
+    )
+    page.wait("cityflowView.layers.objects('cuts').some(({ userData }) => userData.cuts)")
+    page.wait(READY)
+    found = page.run(
+        "(() => { const cut = cityflowView.layers.objects('cuts').flatMap(({ userData }) => userData.cuts ?? []).find((c) => c.accepted); "
+        "const V = cityflowView.stage.camera.position.constructor; "
+        "return cityflowView.stage.onPage(new V(...cut.from).lerp(new V(...cut.to), 0.5)); })()"
+    )
+    page.click(*found)
+    page.wait("cityflowView.desk.state.edits.some((e) => e.layer === 'no_cut_lines')")
+    x0, y0, x1, y1 = town.OUTLINES[town.DOUBLE].bounds
+    page.run("cityflowView.go('flat red')")
+    page.wait(READY)
+    page.run(
+        "[...document.querySelectorAll('#desk-correct button')].find((e) => e.textContent === 'Draw outline').click()"
+    )
+    corners = np.array([[x, y, town.GROUND] for x, y in ((31, 22), (38, 22), (38, 27))]) + np.array(
+        [town.X, town.Y, 0.0]
+    )
+    for x, y in on_page(page, corners):
+        page.click(float(x), float(y))
+    press(page, "desk-save")
+    page.wait("cityflowView.desk.state.edits.some((e) => e.layer === 'outlines')")
+    edits = read_edits(str(run / "edits.gpkg"), open_run(str(run)).catalog.reference)
+    line = np.array(edits.no_cut_lines[0].coords)
+    assert np.allclose(line[:, 0], (x0 + x1) / 2, atol=0.5)
+    assert np.ptp(line[:, 1]) > 0.8 * (y1 - y0)
+    drawn = np.array(edits.outlines[0].polygon.exterior.coords)
+    assert all(np.hypot(*(drawn - corner[:2]).T).min() < 0.4 for corner in corners)
+    for left in (1, 0):
+        page.run("document.querySelector('#desk-edits .undo').click()")
+        page.wait(f"cityflowView.desk.state.edits.length === {left}")
+
+
 class Photographed:
     """Photographs of the flat house: grey, from the south and from above."""
 
