@@ -252,13 +252,14 @@ def driven(source: CitySource, ledger: Ledger, scheduler: Scheduler, profiled: b
     if profiled:
         profile.enable()
     begun, clock = time.process_time(), time.perf_counter()
-    run_tasks(source, scheduler, store, ledger)  # type: ignore[arg-type]
+    summary = run_tasks(source, scheduler, store, ledger)  # type: ignore[arg-type]
     spent, clock = time.process_time() - begun - scheduler.others_s, time.perf_counter() - clock
     if profiled:
         profile.disable()
     tasks = scheduler.tasks.total()
     print(
-        f"{tasks} tasks, {spent:.1f} s of the driver, {1e3 * spent / tasks:.3f} ms a task; beside it {scheduler.others_s:.0f} s, clock {clock:.0f} s"
+        f"{'interrupted after ' if summary.interrupted else ''}{tasks} tasks, {spent:.1f} s of the driver, {1e3 * spent / tasks:.3f} ms a task; "
+        f"beside it {scheduler.others_s:.0f} s, clock {clock:.0f} s"
     )
     print(
         f"of which workers take {scheduler.joins_s:.1f} s to join records, {1e3 * scheduler.joins_s / tasks:.3f} ms a task"

@@ -17,13 +17,15 @@ from city_scale import OUTLINES_A_SIDE
 
 DRIVER = re.compile(r"^(\d+) buildings, .*: \d+ tasks, ([\d.]+) s of the driver, .* peak (\d+) MB", re.MULTILINE)
 WHOLE_DRIVER = re.compile(
-    r"^(\d+) buildings, .*\n\d+ tasks, ([\d.]+) s of the driver, ([\d.]+) ms a task.*\n(?:of which .*\n)?held at the end (\d+) MB",
+    r"^(\d+) buildings, .*\n(?:  .*\n)*\d+ tasks, ([\d.]+) s of the driver, ([\d.]+) ms a task.*\n(?:of which .*\n)?held at the end (\d+) MB",
     re.MULTILINE,
 )
 LAST_OF_MANY = re.compile(
-    r"^the last \d+ of (\d+) buildings, .*\n\d+ tasks, [\d.]+ s of the driver, ([\d.]+) ms a task(?:.*\n)+?resident at the end (\d+) MB",
+    r"^the last \d+ of (\d+) buildings, .*\n(?:  .*\n)*\d+ tasks, [\d.]+ s of the driver, ([\d.]+) ms a task(?:.*\n)+?resident at the end (\d+) MB",
     re.MULTILINE,
 )
+OF_A_TOWN = re.compile(r"^(?:the last \d+ of )?(\d+) buildings, ")
+TEN_THOUSAND = re.compile(r"^ +\d+ tasks: ([\d.]+) ms each of the last")
 TOWN = re.compile(r"^(\d+)² tiles,")
 TOTAL = re.compile(r"^part: [\d.]+ s, ([\d.]+) s of processor time")
 STEP = re.compile(r"^  (opening|status by its note|plan: a walk|plan by the note) +[\d.]+ s +([\d.]+) s")
@@ -50,6 +52,8 @@ def read(texts: list[str]) -> tuple[Curves, Curves, Curves]:
         for buildings, ms, resident in LAST_OF_MANY.findall(text):
             each["driver with engine: a task"].append((int(buildings), float(ms)))
             memory["the last 102,400, all of the process"].append((int(buildings), float(resident)))
+        for buildings, values in _ten_thousands(text).items():
+            each["a task, median of 10,000 and 10,000"].append((buildings, float(np.median(values))))
         town = 0
         for line in text.splitlines():
             if found := TOWN.match(line):
@@ -59,6 +63,17 @@ def read(texts: list[str]) -> tuple[Curves, Curves, Curves]:
             elif found := STEP.match(line):
                 seconds[TITLES[found[1]]].append((town, float(found[2])))
     return seconds, each, memory
+
+
+def _ten_thousands(text: str) -> dict[int, list[float]]:
+    """Buildings of a town → milliseconds a task of each ten thousand tasks, also where a run was interrupted."""
+    found, town = defaultdict[int, list[float]](list), 0
+    for line in text.splitlines():
+        if header := OF_A_TOWN.match(line):
+            town = int(header[1])
+        elif told := TEN_THOUSAND.match(line):
+            found[town].append(float(told[1]))
+    return found
 
 
 def main() -> None:
