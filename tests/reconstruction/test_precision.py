@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 from shapely import box
 
 from cityflow.core.building import RoofPlane
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.reconstruction.extruded import extrude
-from cityflow.reconstruction.precision import with_precision
+from cityflow.reconstruction.precision import _has_near, with_precision
 
 OUTLINE = box(0, 0, 24, 18)
 TOP = 8.0
@@ -88,3 +89,12 @@ def test_without_points_or_solid_nothing_is_said() -> None:
     few = with_precision(candidate, evidence).planes[0]
     assert few.points == 10
     assert math.isfinite(few.rmse)
+
+
+@pytest.mark.parametrize("near", [0.3, 0.75, 3.0])
+def test_places_with_a_point_near_them_are_those_of_a_tree(near: float) -> None:
+    rng = np.random.default_rng(int(100 * near))
+    xyz = rng.uniform((85_000, 447_000, 0), (85_030, 447_020, 9), (60, 3))
+    places = np.concatenate([rng.uniform((84_998, 446_998), (85_032, 447_022), (500, 2)), xyz[:3, :2] + (near, 0.0)])
+    assert np.array_equal(_has_near(places, xyz, near), cKDTree(xyz[:, :2]).query(places)[0] <= near)
+    assert len(_has_near(places[:0], xyz, near)) == 0

@@ -11,11 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 from shapely import Polygon
 
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.building import Face, Polyhedron, RoofPlane, Semantic
+from cityflow.core.kernels import njit
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.roof_distances import roof_hits
 
@@ -55,13 +55,12 @@ def with_precision(candidate: Candidate, evidence: Evidence) -> Candidate:
     on = (faces >= 0) & (np.abs(distance) <= NO_PART_M)
     plane = np.where(on, of_face[faces], -1)
     planes = list(candidate.planes)
-    tree = cKDTree(xyz[:, :2])
     near = min(max(SEEN_WITHIN_M, 2.0 * math.sqrt(evidence.outline.area / len(xyz))), SEEN_AT_MOST_M)
     areas, errors = [], []
     for k, known in enumerate(candidate.planes):
         mine = plane == k
         places = _places(solid, [f for f in solid.faces if f.semantic is Semantic.ROOF and f.plane == k])
-        seen = float(np.mean(tree.query(places)[0] <= near)) if len(places) else 1.0
+        seen = float(np.mean(_has_near(places, xyz, near))) if len(places) else 1.0
         planes[k] = _judged(known, xyz[mine], distance[mine], seen)
         areas.append(len(places))
         errors.append(_misfit(xyz[mine], distance[mine], planes[k], seen))
@@ -138,6 +137,39 @@ def blocks(xyz: FloatArray, distance: FloatArray, edge: float) -> tuple[FloatArr
     block, count = number[flat], every[full]
     sums = [np.bincount(block, v, len(count)) for v in (xyz[:, 0], xyz[:, 1], distance)]
     return np.column_stack(sums[:2]) / count[:, None], sums[2] / count, count
+
+
+@njit(cache=True, nogil=True)
+def _has_near(places: FloatArray, xyz: FloatArray, near: float) -> BoolArray:
+    """(P,) whether a point is as near to each place (P, 2) in plan."""
+    found = np.zeros(len(places), np.bool_)
+    if len(places) == 0:
+        return found
+    x_0, y_0 = places[:, 0].min() - near, places[:, 1].min() - near
+    x_1, y_1 = places[:, 0].max() + near, places[:, 1].max() + near
+    cell = 1.001 * near
+    cols, rows = int((x_1 - x_0) / cell) + 1, int((y_1 - y_0) / cell) + 1
+    starts = np.zeros(rows * cols + 1, np.int64)
+    of = np.empty(len(places), np.int64)
+    for k in range(len(places)):
+        of[k] = int((places[k, 1] - y_0) / cell) * cols + int((places[k, 0] - x_0) / cell)
+        starts[of[k] + 1] += 1
+    starts = np.cumsum(starts)
+    filled, order = starts[:-1].copy(), np.empty(len(places), np.int64)
+    for k in range(len(places)):
+        order[filled[of[k]]] = k
+        filled[of[k]] += 1
+    for i in range(len(xyz)):
+        x, y = xyz[i, 0], xyz[i, 1]
+        if not (x_0 <= x <= x_1 and y_0 <= y <= y_1):
+            continue
+        col, row = int((x - x_0) / cell), int((y - y_0) / cell)
+        for r in range(max(row - 1, 0), min(row + 2, rows)):
+            for j in range(starts[r * cols + max(col - 1, 0)], starts[r * cols + min(col + 1, cols - 1) + 1]):
+                k = order[j]
+                if not found[k] and np.sqrt((x - places[k, 0]) ** 2 + (y - places[k, 1]) ** 2) <= near:
+                    found[k] = True
+    return found
 
 
 def _places(solid: Polyhedron, faces: list[Face]) -> FloatArray:

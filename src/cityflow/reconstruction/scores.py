@@ -121,9 +121,11 @@ def independent_points(xyz: FloatArray, distance: FloatArray) -> float:
 def _block_medians(xyz: FloatArray, distance: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(B,) median distance and number of points of each square of `WAVE_M`; (N,) how far points are off their square's median."""
     square = np.floor(xyz[:, :2] / WAVE_M).astype(np.int64)
-    order = np.lexsort((distance, square[:, 0], square[:, 1]))
-    square, ordered = square[order], distance[order]
-    first = np.flatnonzero(np.r_[True, np.any(square[1:] != square[:-1], axis=1)])
+    square -= square.min(axis=0)
+    number = square[:, 1] * (int(square[:, 0].max()) + 1) + square[:, 0]
+    order = np.lexsort((distance, number))
+    number, ordered = number[order], distance[order]
+    first = np.flatnonzero(np.r_[True, number[1:] != number[:-1]])
     count = np.diff(np.r_[first, len(ordered)])
     middle = (ordered[first + (count - 1) // 2] + ordered[first + count // 2]) / 2
     return middle, count.astype(np.float64), np.abs(ordered - np.repeat(middle, count))

@@ -17,6 +17,8 @@ from cityflow.reconstruction.planes.plane_segments import Origin
 
 DENSITY_CELL = 1.0
 """Edge of the cells in which the density is counted, metres; set by hand."""
+MOST_CELLS = 1 << 40
+"""Of an area whose cells are numbered."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,13 +79,28 @@ def typical_density(points: FloatArray) -> float:
 def thin(points: FloatArray, cell: float) -> FloatArray:
     """One point per occupied cell: mean position, median height; averages away the noise of dense clouds."""
     col, row = (np.floor(points[:, i] / cell).astype(np.int64) for i in (0, 1))
-    order = np.lexsort((points[:, 1], points[:, 0], points[:, 2], col, row))
+    order = _by_cell_and_height(points, col, row)
     ordered, keys = points[order], np.stack([row[order], col[order]], 1)
     first = np.flatnonzero(np.r_[True, np.any(keys[1:] != keys[:-1], axis=1)])
     counts = np.diff(np.r_[first, len(points)])
     mean = np.add.reduceat(ordered[:, :2], first, axis=0) / counts[:, None]
     height = (ordered[first + (counts - 1) // 2, 2] + ordered[first + counts // 2, 2]) / 2
     return np.column_stack([mean, height])
+
+
+def _by_cell_and_height(points: FloatArray, col: IntArray, row: IntArray) -> IntArray:
+    """Order by row, column, z, x and y. Two keys do where no two heights of a cell are the same."""
+    if not len(points):
+        return np.empty(0, np.int64)
+    row, col = row - row.min(), col - col.min()
+    width = int(col.max()) + 1
+    if (int(row.max()) + 1) * width < MOST_CELLS:
+        cell = row * width + col
+        order = np.lexsort((points[:, 2], cell))
+        z, cell = points[order, 2], cell[order]
+        if not np.any(~(z[1:] > z[:-1]) & (cell[1:] == cell[:-1])):
+            return order
+    return np.lexsort((points[:, 1], points[:, 0], points[:, 2], col, row))
 
 
 def _in_cells(points: FloatArray, cell: float, density: float) -> RoofCloud:
