@@ -323,12 +323,15 @@ def height_of(unit: Unit, x: FloatArray, y: FloatArray) -> FloatArray:
 
 def true_share(solid: Polyhedron, places: FloatArray, outline: Polygon) -> float:
     """Share of the true places that are within 20 cm of the model: above or below it, or, beside its outline, of its rim."""
-    if not len(places):
-        return 0.0
+    return float(np.mean(distances_of_truth(solid, places, outline) <= WITHIN_M)) if len(places) else 0.0
+
+
+def distances_of_truth(solid: Polyhedron, places: FloatArray, outline: Polygon) -> FloatArray:
+    """(P,) metres from true places to the model: upwards or downwards, or, beside its outline, to its rim; NaN where there is no building."""
     near, away = places.copy(), np.zeros(len(places))
     outside = ~shapely.contains_xy(outline, places[:, 0], places[:, 1])
     rim = shapely.buffer(outline, -INSIDE_RIM_M)
     to_rim = shapely.shortest_line(shapely.points(places[outside, :2]), rim)
     away[outside] = shapely.length(to_rim)
     near[outside, :2] = shapely.get_coordinates(to_rim).reshape(-1, 2, 2)[:, 1]
-    return float(np.mean(np.hypot(distances_to_roof(solid, near), away) <= WITHIN_M))
+    return np.asarray(np.hypot(distances_to_roof(solid, near), away))

@@ -2,12 +2,14 @@
 
     python benchmarks/verdicts.py --cache FOLDER                    # judge the committed calibration on towns that it was not fitted on
     python benchmarks/verdicts.py --cache FOLDER --fit --write      # fit it anew, and write it into `reconstruction/verdicts/fitted_weights.py`
-    python benchmarks/verdicts.py --cache FOLDER --flights RUN TRUTH RUN TRUTH ... --fit --write --surveys matched sides      # that of matched surfaces alone
-    python benchmarks/verdicts.py --cache FOLDER --flights RUN TRUTH ... --surveys flights         # judge it on flights
+    python benchmarks/verdict_flights.py rows RUN TRUTH ROWS            # of each flight: a finished run of ``cityflow demo --only flight --seed N``
+    python benchmarks/verdicts.py --cache FOLDER --flights ROWS ... --fit --write --surveys matched sides     # that of matched surfaces alone
+    python benchmarks/verdicts.py --cache FOLDER --flights ROWS ... --adapt --write --surveys flights         # departing from the present one, by flights alone
+    python benchmarks/verdicts.py --cache FOLDER --flights ROWS ... --surveys flights         # judge it on flights
 
 A town has some 110 units (`verdict_cases.py`): half of them sound, the others spoilt in one of fourteen ways, at 0.7 to 20 points per m², and eight cluttered
 old houses. The threshold of `good` is set on the towns of the fit, each judged by a fit to the others: the least with the shares aimed at. A town takes
-about 80 s on a core with all surveys, the fit itself a second. *Flights* are finished runs of ``cityflow demo --only flight --seed N`` (`verdict_flights.py`).
+about 80 s on a core with all surveys, the fit itself a second. Whole *flights* are left out one by one in the same way; their figures are made anew from rows.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ from verdict_cases import Case, cases_of, true_share
 from verdict_cases_images import image_cases
 from verdict_cases_sides import image_side_cases
 from verdict_cases_sparse import sparse_cases
-from verdict_flights import flown_units, seed_of
+from verdict_flights import figures_now, read_rows
 
 SURVEYS: Mapping[str, Callable[[int], Iterator[Case]]] = {
     "scanned": cases_of,
@@ -61,13 +63,13 @@ SCALES: dict[str, tuple[float, ...]] = {
     "off": (0.01, 0.1), "worst": (0.02, 0.2), "unseen": (0.01, 0.1), "loose": (0.01, 0.1), "strange": (0.01, 0.1), "unsure": (0.01, 0.1),
     "missed": (0.01, 0.05), "misplaced": (0.05, 0.5), "beside": (0.05,), "error_m": (0.05, 0.3), "few": (0.1, 0.5),
     "steps": (0.05, 0.5), "shared": (0.02,), "divided": (0.01,), "slight": (0.02, 0.2),
-    "faceted": (0.2, 1.5), "lacked": (0.01, 0.1),
+    "faceted": (0.2, 1.5), "lacked": (0.01, 0.1), "holed": (0.02, 0.2), "ramped": (0.005, 0.05), "stepped": (0.005, 0.05),
 }  # fmt: skip
 """At which values a figure may begin to matter; the fit chooses the weights, none negative."""
 TERMS = tuple((figure, scale) for figure, scales in SCALES.items() for scale in scales)
 OUTLINE_ALONE = frozenset({"beside"})
 """A roof that goes on beyond a given outline may be another building: a doubt, but it makes no unit poor."""
-OF_MATCHED_ALONE = frozenset({"slight", "faceted", "lacked"})
+OF_MATCHED_ALONE = frozenset({"slight", "faceted", "lacked", "holed", "ramped", "stepped"})
 """Only errors that neighbouring points share make planes; those of a scanner are every point's own. Only images have surfaces of the points' spacing."""
 FAULTS = ("astray",)
 """A roof that is right is of no use in an outline that is wrong. Few points of a scanner tell no side from another, and outlines beside them are given."""
@@ -118,53 +120,64 @@ def rows_of(seed: int, survey: str, cache: Path) -> list[Row]:
     return found
 
 
-def flight_rows(run: str, truth: Path, cache: Path) -> list[Row]:
-    """The units of a finished run, judged again; kept as those of a town."""
-    seed = seed_of(truth)
-    path = cache / f"verdicts_{FLIGHTS}_{seed}.pkl"
-    if not path.exists():
-        rows = [Row(seed, FLIGHTS, u.unit, "found", 0.0, u.true, u.figures) for u in flown_units(run, truth)]
-        cache.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(pickle.dumps(rows))
-    found: list[Row] = pickle.loads(path.read_bytes())
-    return found
+def flight_rows(path: Path) -> list[Row]:
+    """The units of a flight away from the edge of the survey, with figures as the present code makes them."""
+    return [
+        Row(u.seed, FLIGHTS, u.unit, u.main_cause, 0.0, u.true, figures_now(u))
+        for u in read_rows(path)
+        if not u.survey_end
+    ]
 
 
 def fitted(
-    rows: Sequence[Row], share: float, without: frozenset[str] = frozenset(), faults: tuple[str, ...] = ()
+    rows: Sequence[Row],
+    share: float,
+    without: frozenset[str] = frozenset(),
+    faults: tuple[str, ...] = (),
+    known: Logistic | None = None,
 ) -> Logistic:
-    """The weights that make the true outcome likeliest, a small ridge added; `without`: figures that shall not count."""
+    """The weights that make the true outcome likeliest, a small ridge added; `without`: figures that shall not count; `known`: weights from which they
+    depart as little as the outcome allows, else from none."""
     terms = [(f, s) for f, s in TERMS if f not in without]
-    known = [r for r in rows if r.figures is not None for _ in range(TIMES.get(r.survey, 1))]
-    x = np.array([[np.log1p(getattr(r.figures, f) / s) for f, s in terms] for r in known])
-    y = np.array([r.true >= share for r in known], float)
-    sound = np.array([np.prod([1.0 - getattr(r.figures, f) for f in faults]) for r in known])
+    before = {(t.figure, t.scale): t.weight for t in known.terms} if known else {}
+    prior = np.array([before.get(term, 0.0) for term in terms])
+    cases = [r for r in rows if r.figures is not None for _ in range(TIMES.get(r.survey, 1))]
+    x = np.array([[np.log1p(getattr(r.figures, f) / s) for f, s in terms] for r in cases])
+    y = np.array([r.true >= share for r in cases], float)
+    sound = np.array([np.prod([1.0 - getattr(r.figures, f) for f in faults]) for r in cases])
 
     def cost(w: FloatArray) -> tuple[float, FloatArray]:
         z = w[0] - x @ w[1:]
         p = 1 / (1 + np.exp(-z))
         wrong = np.maximum(1 - sound * p, TINY)
-        loss = np.mean(np.logaddexp(0, -z) * y - np.log(wrong) * (1 - y)) + RIDGE * np.sum(w[1:] ** 2) / len(terms)
+        loss = np.mean(np.logaddexp(0, -z) * y - np.log(wrong) * (1 - y)) + RIDGE * np.sum((w[1:] - prior) ** 2) / len(
+            terms
+        )
         slope = (1 - y) * sound * p * (1 - p) / wrong - y * (1 - p)
-        return float(loss), np.r_[np.mean(slope), -(x.T @ slope) / len(y) + 2 * RIDGE * w[1:] / len(terms)]
+        return float(loss), np.r_[np.mean(slope), -(x.T @ slope) / len(y) + 2 * RIDGE * (w[1:] - prior) / len(terms)]
 
     bounds = [(None, None)] + [(0, None)] * len(terms)
-    w = minimize(cost, np.r_[3.0, np.full(len(terms), 0.1)], jac=True, bounds=bounds, method="L-BFGS-B").x
+    w = minimize(
+        cost, np.r_[3.0, prior if known else np.full(len(terms), 0.1)], jac=True, bounds=bounds, method="L-BFGS-B"
+    ).x
     kept = tuple(Term(f, s, round(float(v), 3)) for (f, s), v in zip(terms, w[1:], strict=True) if v > LEAST_WEIGHT)
     return Logistic(share, round(float(w[0]), 3), kept, faults)
 
 
-def threshold(rows: Sequence[Row], without: frozenset[str], faults: tuple[str, ...]) -> float:
+def threshold(
+    rows: Sequence[Row], without: frozenset[str], faults: tuple[str, ...], known: Logistic | None = None
+) -> float:
     """The least probability with the shares aimed at, on simulated towns and on flights alike, every town judged by a fit to the others."""
     probability, good, flown = [], [], []
     for seed in sorted({r.seed for r in rows}):
-        model = fitted([r for r in rows if r.seed != seed], GOOD_SHARE, without, faults)
+        model = fitted([r for r in rows if r.seed != seed], GOOD_SHARE, without, faults, known)
         own = [r for r in rows if r.seed == seed and r.figures is not None]
         probability += [probability_of(r.figures, model) for r in own if r.figures is not None]
         good += [r.true >= GOOD_SHARE for r in own]
         flown += [r.survey == FLIGHTS for r in own]
     p, y, f = np.array(probability), np.array(good), np.array(flown)
     kinds = [kind for kind in (~f, f) if kind.any()]
+    print(f"log-likelihood {np.sum(np.log(np.maximum(np.where(y, p, 1 - p), TINY))):.1f}")
     for least in np.arange(0.5, 0.99, 0.01):
         called = p >= least
         for kind in kinds:
@@ -172,6 +185,20 @@ def threshold(rows: Sequence[Row], without: frozenset[str], faults: tuple[str, .
         if all(np.mean(y[called & k]) >= PURITY and np.mean(called[~y & k]) <= WRONGLY for k in kinds):
             return round(float(least), 2)
     return 0.99
+
+
+def adapted(rows: Sequence[Row]) -> dict[str, str]:
+    """The calibration of matched surfaces, from the present one, by flights alone."""
+    name, (_, without, faults) = "MATCHED", CALIBRATED["MATCHED"]
+    before = weights_module.MATCHED
+    good = fitted(rows, GOOD_SHARE, without, faults, before.good)
+    fair = fitted(rows, FAIR_SHARE, without | OUTLINE_ALONE, (), before.fair)
+    least = threshold(rows, without, faults, before.good)
+    return {name: _written(name, good, fair, least)}
+
+
+def _written(name: str, good: Logistic, fair: Logistic, least: float) -> str:
+    return f"{name} = Calibration(\n{_as_python(good)}{_as_python(fair)}    {least}, {POOR_BELOW},\n)  # fmt: skip\n"
 
 
 def calibrations(rows: Sequence[Row]) -> dict[str, str]:
@@ -182,9 +209,7 @@ def calibrations(rows: Sequence[Row]) -> dict[str, str]:
         if {r.survey for r in mine} == set(surveys):
             good = fitted(mine, GOOD_SHARE, without, faults)
             fair = fitted(mine, FAIR_SHARE, without | OUTLINE_ALONE)
-            models = _as_python(good) + _as_python(fair)
-            least = threshold(mine, without, faults)
-            found[name] = f"{name} = Calibration(\n{models}    {least}, {POOR_BELOW},\n)  # fmt: skip\n"
+            found[name] = _written(name, good, fair, threshold(mine, without, faults))
     return found
 
 
@@ -240,11 +265,14 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--cache", type=Path, required=True)
     options.add_argument("--fit", action="store_true")
+    options.add_argument(
+        "--adapt", action="store_true", help="fit to flights alone, departing from the present weights"
+    )
     options.add_argument("--write", action="store_true")
     options.add_argument("--fitted", type=int, nargs="+", help="other seeds than those of the committed calibration")
     options.add_argument("--judged", type=int, nargs="+", help="other seeds than those that nothing was fitted to")
     options.add_argument("--surveys", nargs="+", default=list(SURVEYS), choices=[*SURVEYS, FLIGHTS])
-    options.add_argument("--flights", nargs="+", default=[], help="RUN TRUTH [RUN TRUTH ...]")
+    options.add_argument("--flights", nargs="+", type=Path, default=[], help="files of rows")
     asked = options.parse_args()
     start = time.process_time()
     given, usual = (asked.fitted, FITTED) if asked.fit else (asked.judged, JUDGED)
@@ -255,12 +283,12 @@ def main() -> None:
         for seed in given or usual[survey]
         for r in rows_of(seed, survey, asked.cache)
     ]
-    for run, truth in zip(asked.flights[::2], asked.flights[1::2], strict=True):
-        rows += flight_rows(run, Path(truth), asked.cache)
-    if asked.fit:
+    for path in asked.flights:
+        rows += flight_rows(path)
+    if asked.fit or asked.adapt:
         path = Path(weights_module.__file__)
         text = path.read_text()
-        for name, written in calibrations(rows).items():
+        for name, written in (adapted if asked.adapt else calibrations)(rows).items():
             print(written)
             text = re.sub(BLOCK.format(name), written, text, count=1, flags=re.MULTILINE | re.DOTALL)
         if asked.write:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.core.kernels import njit
 from cityflow.surface.fuse_cells import CellPoints
 
@@ -104,7 +104,14 @@ def _of_mean(total: FloatArray, weight: FloatArray, seen: IntArray, n: int) -> f
 
 
 def steadied(z: Float32Array, noise: Float32Array, cell: float) -> Float32Array:
-    """(rows, cols) heights averaged over windows as wide as noise demands and one plane reaches; NaN where z is.
+    """(rows, cols) heights averaged over windows as wide as noise demands and one plane reaches; NaN where z is. As `steadied_and_taken`."""
+    return steadied_and_taken(z, noise, cell)[0]
+
+
+def steadied_and_taken(z: Float32Array, noise: Float32Array, cell: float) -> tuple[Float32Array, ByteArray]:
+    """Heights averaged over windows as wide as noise demands and one plane reaches, NaN where z is; and how many of the windows each cell took.
+
+    Both (rows, cols). A cell that took few stands where the images show a surface that is no plane.
 
     Cells nearer than `REACH_CELLS` to the edge may differ from those of a larger raster.
 
@@ -119,13 +126,15 @@ def steadied(z: Float32Array, noise: Float32Array, cell: float) -> Float32Array:
     east, south = _first_slopes(z, np.float32(cell))
     height, spread = np.where(known, z, np.float32(0)), np.float32(SURE) * np.sqrt(variance)
     low, high, going = height - spread, height + spread, known.copy()
+    taken = np.zeros(z.shape, np.uint8)
     for step in STEPS:
         edge = TAPS * step
         wide = np.pad(height, edge)
         weight = np.pad(np.where(known, 1 / variance, np.float32(0)), edge)
         rough = np.pad(variance, edge, mode="edge")
         _average((wide, weight, rough), (height, east, south, variance), (low, high, going), step)
-    return np.where(known, height, np.float32(np.nan))
+        taken += going
+    return np.where(known, height, np.float32(np.nan)), taken
 
 
 @njit(cache=True, nogil=True)

@@ -111,7 +111,7 @@ def test_the_order_of_points_changes_nothing() -> None:
     assert attributes_of(judged_model(evidence, PARAMETERS)) == attributes_of(judged_model(turned, PARAMETERS))
 
 
-BEST = Figures(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.02, 0.05, 0.02, 0, 0, 0.004, 0, 0.1, 0, 400, 40)
+BEST = Figures(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.02, 0.05, 0.02, 0, 0, 0.004, 0, 0.1, 0, 0, 0, 0, 400, 40)
 
 
 @pytest.mark.parametrize("matched", [False, True])

@@ -14,6 +14,7 @@ from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.building import Polyhedron, Semantic
 from cityflow.core.reconstruction import Evidence
 from cityflow.geometry.roof_distances import NEAR, distances_to_roof, roof_hits
+from cityflow.reconstruction.verdicts.beside_outline import Borders, borders_of
 from cityflow.reconstruction.verdicts.lacked_steps import lacked_share
 from cityflow.reconstruction.verdicts.no_roof import Kind
 from cityflow.reconstruction.verdicts.placement import placement_of
@@ -58,6 +59,9 @@ class Figures:
     slight : of the roof's area, planes that depart from a larger one by more than 20 cm, but by little more than noise; of matched surfaces
     faceted : number of roof faces by the root of the roof's area, one by metres: of many parts one is wrong sooner
     lacked : of the roof's area, where the surface has a step that the model lacks; of matched surfaces
+    holed : of the outline's free rim, beside which surface and façade are unknown: the roof may go on there; of matched surfaces
+    ramped : of the roof's area, beside other units, where the model leaves its plane towards their roofs: matching draws such slopes; of matched surfaces
+    stepped : of the roof's area, within 20 cm of a unit whose roof is at another height; of matched surfaces
     points : number of roof points
     held : number of roof points held back
     matched : points are of a surface that was matched or given, not a scanner's
@@ -83,6 +87,9 @@ class Figures:
     slight: float
     faceted: float
     lacked: float
+    holed: float
+    ramped: float
+    stepped: float
     points: int
     held: int
     matched: bool = False
@@ -117,6 +124,7 @@ def figures_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit, held: HeldBa
     placement = placement_of(evidence.outline, traces)
     sides = sides_of(evidence.outline, traces) if evidence.matched else Sides()
     few = _few(solid, face, fit)
+    borders = borders_of(solid, evidence, face, places) if evidence.matched else Borders()
     return Figures(
         off=_off(places, xy, fit),
         worst=_worst(solid, fit),
@@ -139,6 +147,9 @@ def figures_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit, held: HeldBa
         lacked=lacked_share(solid, evidence.outline, evidence.heights)
         if evidence.matched and evidence.heights
         else 0.0,
+        holed=borders.holed,
+        ramped=borders.ramped,
+        stepped=borders.stepped,
         points=int(roof.sum()),
         held=int(judged.sum()),
         matched=evidence.matched,

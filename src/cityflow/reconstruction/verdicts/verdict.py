@@ -38,7 +38,7 @@ USUAL_FACETED = 0.35
 """Median of truly good units of matched surfaces. No roof is without faces: only what goes beyond it is told as a reason."""
 LEAST_SOUND = 1e-6
 """A fault is no surer; rounding."""
-OF_SURVEY_END = frozenset({"unseen", "missed", "misplaced", "astray", "beside"})
+OF_SURVEY_END = frozenset({"unseen", "missed", "misplaced", "astray", "beside", "holed"})
 """Figures that say no more than that the survey ends, where it does."""
 
 
@@ -117,6 +117,9 @@ WORDS: Mapping[str, Callable[[Figures], str]] = {
     "slight": lambda f: f"{_percent(f.slight)} of the roof is on planes so close to a larger one that the noise of the points may have made them",
     "faceted": lambda f: f"the roof has many faces for its size (as one of 100 m² with {10 * f.faceted:.0f}), and one of many is wrong sooner",
     "lacked": lambda f: f"{_percent(f.lacked)} of the roof lies at steps of the surface that the model lacks",
+    "holed": lambda f: f"beside {_percent(f.holed)} of the outline the images show neither ground nor façade: the building may continue there",
+    "ramped": lambda f: f"{_percent(f.ramped)} of the roof slopes towards a neighbour at another height, as matching often draws it where there is a step",
+    "stepped": lambda f: f"{_percent(f.stepped)} of the roof is within 20 cm of a neighbour at another height, where matched surfaces are uncertain",
     "steps": lambda f: f"{_percent(f.steps)} of the roof is closer to a height step than the spacing of the points",
     "shared": lambda f: f"{_percent(f.shared / f.few)} of the outline touches neighbours, and few points show which roof is higher there",
     "few": lambda f: f"a roof plane is supported by only about {round(1 / f.few**2)} points",
