@@ -34,7 +34,7 @@ from cityflow.survey.survey import UNREAD, WALL_MARGIN_M, Survey
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = "reconstruct"
-VERSION = 36
+VERSION = 37
 CANDIDATES = "candidates.city.jsonl"
 
 
