@@ -112,8 +112,8 @@ def figures_now(unit: FlownUnit) -> Figures | None:
 
 def flown_units(run: str, truth: Path, with_layers: bool = True) -> Iterator[FlownUnit]:
     """All buildings of a run that have terrain. `truth`: what ``cityflow synth`` made; layers take as long as the surfaces have taken."""
-    store, tasks = tasks_of(run)
-    tiles = [fused_layers(store, task) for task, _ in tasks_of(run, "fuse")[1]] if with_layers else []
+    store, tasks = recorded_tasks(run)
+    tiles = [fused_layers(store, task) for task, _ in recorded_tasks(run, "fuse")[1]] if with_layers else []
     made = []
     for task, record in tasks:
         given, parameters = task.arguments_as(UnitInputs), task.parameters_as(ModelParameters)
@@ -200,7 +200,13 @@ def _causes(
     return cause
 
 
-def tasks_of(run: str, stage: str = "reconstruct") -> tuple[Store, list[tuple[Task, Record | None]]]:
+def tasks_of(run: str) -> tuple[Store, list[Task]]:
+    """The tasks of all buildings of a finished run, as the present code makes them."""
+    store, found = recorded_tasks(run)
+    return store, [task for task, _ in found]
+
+
+def recorded_tasks(run: str, stage: str = "reconstruct") -> tuple[Store, list[tuple[Task, Record | None]]]:
     """The tasks of a stage of a finished run, those of all buildings or tiles, as the present code makes them, and what became of them."""
     wanted, found = open_run(run), []
     with Ledger.open(wanted.store) as ledger:

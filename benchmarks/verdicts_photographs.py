@@ -78,7 +78,7 @@ class Case(NamedTuple):
 def cases_of(run: str, truth: Path) -> Iterator[Case]:
     store, tasks = tasks_of(run)
     images = images_of(truth / "catalog", Path(run))
-    for task, _ in tasks:
+    for task in tasks:
         given, parameters = task.arguments_as(UnitInputs), task.parameters_as(ModelParameters)
         outline = given.outline.read(store)
         evidence = read_evidence(store, given.evidence, outline, given.roofs.roof_type_of(outline.polygon))
