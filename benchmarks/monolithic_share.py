@@ -48,7 +48,7 @@ class Tally:
 def judge(run: str, truth: Path, tallies: dict[str, Tally]) -> None:
     store, tasks = tasks_of(run)
     evidences = []
-    for task in tasks:
+    for task, _ in tasks:
         given = task.arguments_as(UnitInputs)
         outline = given.outline.read(store)
         try:
