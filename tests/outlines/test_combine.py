@@ -137,6 +137,41 @@ def test_a_courtyard_is_a_hole_where_its_walls_stand(monkeypatch: pytest.MonkeyP
     assert off_m(found.polygon, walls) < 0.05
 
 
+def unseen(surface: RegionSurface, place: Polygon) -> RegionSurface:
+    """The surface with a hole, over which the terrain goes on; but for two lone squares that are false ground."""
+    x, y = np.meshgrid(GRID.x_centres(), GRID.y_centres())
+    hole = shapely.contains_xy(place, x, y)
+    middle = place.centroid
+    false = [box(middle.x + dx, middle.y, middle.x + dx + 1.6, middle.y + 1.6) for dx in (-4.0, 1.0)]
+    ndsm = np.where(hole, 0.0, surface.ndsm).astype(np.float32)
+    klass = np.where(hole, 2, surface.klass).astype(np.uint8)
+    return replace(surface, ndsm=ndsm, klass=klass, holes=hole & ~shapely.contains_xy(shapely.union_all(false), x, y))
+
+
+@pytest.mark.parametrize("angle", [0, 31])
+def test_walls_close_a_tower_whose_roof_is_mostly_a_hole(angle: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    walls = placed(box(0, 0, 15, 14), angle)
+    surface = unseen(surface_of([(walls, 30.0)]), placed(box(0, 0, 10, 14), angle))
+    (found,) = outlines_of(surface, walls_of(walls), monkeypatch)
+    assert off_m(found.polygon, walls) < 0.05
+
+
+def test_a_hole_behind_a_building_is_none_of_it_where_no_wall_stands_beyond(monkeypatch: pytest.MonkeyPatch) -> None:
+    walls = placed(box(0, 0, 10, 14))
+    seen = [w for w in walls_of(walls) if w.normal[0] < 0.5]
+    (found,) = outlines_of(unseen(surface_of([(walls, 30.0)]), placed(box(10, 0, 16, 14))), seen, monkeypatch)
+    assert found.polygon.intersection(walls).area / found.polygon.union(walls).area > 0.95
+
+
+def test_a_yard_that_nobody_sees_is_of_neither_building_whose_walls_look_into_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    west, east = placed(box(0, 0, 8, 14)), placed(box(13, 0, 21, 14))
+    surface = unseen(surface_of([(west, 20.0), (east, 20.0)]), placed(box(8, 0, 13, 14)))
+    found = outlines_of(surface, [*walls_of(west), *walls_of(east)], monkeypatch)
+    assert sorted(round(o.polygon.area) for o in found) == [112, 112]
+
+
 def test_walls_that_face_each_other_part_two_buildings(monkeypatch: pytest.MonkeyPatch) -> None:
     one, other = placed(box(0, 0, 10, 9)), placed(box(11.2, 0, 22, 9))
     bridged = surface_of([(placed(box(0, 0, 22, 9)), 6.0)])

@@ -61,6 +61,7 @@ class Surroundings:
     height : (rows, cols) metres above terrain, NaN where unknown
     loose : (rows, cols) bool, rough all around as foliage is, and as what lies in a narrow gap
     slot : (rows, cols) bool, in a narrow gap between roofs
+    unseen : (rows, cols) bool, holes of the surface: they speak neither for a building nor against it
     divided : what is loose nearly divides the region, and may be a gap filled by a tree
     """
 
@@ -71,6 +72,7 @@ class Surroundings:
     height: FloatArray | Float32Array
     loose: BoolArray
     slot: BoolArray
+    unseen: BoolArray
     divided: bool = False
 
 
@@ -140,11 +142,12 @@ def _base(around: Surroundings) -> tuple[FloatArray, BoolArray]:
     # What is too narrow to be a region is worn off it, corners among it.
     gain[high & ndimage.binary_dilation(around.region, iterations=2)] = _WORN_OFF
     gain[around.low | around.other] = -1.0
+    gain[around.unseen] = 0.0
     # A hole in a roof too small to be a courtyard may still be a gap between houses.
     with np.errstate(invalid="ignore"):
         filled = np.where(around.height < _STANDS_M, _FILLED, np.where(around.loose & around.divided, 0.0, 1.0))
     gain[around.region] = np.where(around.slot, np.minimum(_SLOT, filled), filled)[around.region]
-    return _fine(gain), _fine(gain == _UNKNOWN)
+    return _fine(gain), _fine((gain == _UNKNOWN) | around.unseen)
 
 
 def _fine(values: np.ndarray) -> np.ndarray:

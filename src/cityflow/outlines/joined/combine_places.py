@@ -14,7 +14,15 @@ from shapely import Polygon
 from cityflow.core.arrays import BoolArray, Float32Array, IntArray
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import HIGH_VEGETATION
-from cityflow.outlines.from_heights.regions import ROUGH_M, Region, RegionParameters, RegionSurface, roughness
+from cityflow.outlines.from_heights.regions import (
+    ROUGH_M,
+    Region,
+    RegionParameters,
+    RegionSurface,
+    cells_polygon,
+    disc,
+    roughness,
+)
 from cityflow.outlines.joined.combine_evidence import Surroundings
 from cityflow.outlines.joined.combine_wall_bases import KnownWall
 
@@ -26,6 +34,10 @@ _LOOSE_SHARE = 0.7
 """Along a wall above a lower roof two cells of three are at the step; set by hand, as are those below."""
 _SLOT_M, _SLOT_DEPTH_M, _SLOT_SHARE = 2.4, 1.5, 0.7
 """Width of a gap between houses; how much lower than both it is, at least; and the share of their height that it reaches."""
+_UNSEEN_M2, _ISLAND_M = 1.0, 4.0
+"""Smaller holes of the surface decide nothing; what is narrower amid holes is a part of them: lone depths are often false. Set by hand."""
+_TOUCH_CELLS = 2
+"""A hole so near touches a region."""
 _TOGETHER_M = 3.0
 """Walls without a roof farther apart than this are not of one building."""
 
@@ -52,6 +64,7 @@ class Places:
         self._slot = slots(surface.ndsm, surface.grid.cell)
         # Between loose cells a single one that passes for a roof is none.
         self._loose = ndimage.binary_closing(self._loose | self._slot, np.ones((3, 3)))
+        self._holes = _holes(surface, mask)
         area = shapely.box(*surface.grid.bounds)
         self._walls = [w for w in walls if shapely.intersects(w.wall.line, area)]
         self._lines = np.array([w.wall.line for w in self._walls], dtype=object)
@@ -59,23 +72,30 @@ class Places:
 
     def around(self, region: Region, reach_m: float) -> tuple[Surroundings, list[KnownWall]]:
         """What is known around a region, and the walls within `reach_m` of it."""
-        numbers = np.sort(self._tree.query(region.polygon(), predicate="dwithin", distance=reach_m))
-        walls = [self._walls[k] for k in numbers.tolist()]
-        bounds = shapely.total_bounds(np.append(self._lines[numbers], shapely.box(*region.grid.bounds)))
-        rows, cols, grid = self._window(tuple(bounds.tolist()))
         own = np.zeros(self._grid.shape, bool)
         r = round((self._grid.y_max - region.grid.y_max) / self._grid.cell)
         c = round((region.grid.x_min - self._grid.x_min) / self._grid.cell)
         trimmed, r_0, c_0 = _trimmed(region.mask, r, c, self._grid.shape)
         own[r_0 : r_0 + trimmed.shape[0], c_0 : c_0 + trimmed.shape[1]] = trimmed
-        own = own[rows, cols]
-        return self._surroundings(rows, cols, grid, own), walls
+        extent = [region.polygon(), *self._holes_beside(own, region.grid.bounds)]
+        numbers = np.unique(self._tree.query(extent, predicate="dwithin", distance=reach_m)[1])
+        bounds = shapely.total_bounds([*self._lines[numbers], *extent, shapely.box(*region.grid.bounds)])
+        rows, cols, grid = self._window(tuple(bounds.tolist()))
+        return self._surroundings(rows, cols, grid, own[rows, cols]), [self._walls[k] for k in numbers.tolist()]
+
+    def _holes_beside(self, own: BoolArray, bounds: Bounds) -> list[Polygon]:
+        """Those that touch a region, which may hide the rest of its roof."""
+        rows, cols, _ = self._window(bounds)
+        beside = ndimage.binary_dilation(own[rows, cols], iterations=_TOUCH_CELLS)
+        numbers = np.setdiff1d(self._holes[rows, cols][beside], 0)
+        return [cells_polygon(self._holes == k, self._grid) for k in numbers.tolist()]
 
     def _surroundings(self, rows: slice, cols: slice, grid: Grid, own: BoolArray) -> Surroundings:
         part = rows, cols
         return Surroundings(
-            grid, own, self._mask[part] & ~own, self._low[part], self._height[part], self._loose[part], self._slot[part]
-        )
+            grid, own, self._mask[part] & ~own, self._low[part], self._height[part], self._loose[part], self._slot[part],
+            self._holes[part] > 0,
+        )  # fmt: skip
 
     def lonely(self, reach_m: float) -> list[tuple[Surroundings, list[KnownWall]]]:
         """Groups of walls farther than `reach_m` from every region, with what is known around them."""
@@ -122,6 +142,32 @@ class Places:
         c_0, c_1 = max(int(col_0[0]), 0), min(int(col_1[0]) + 1, grid.cols)
         own = Grid(grid.x_min + c_0 * grid.cell, grid.y_max - r_0 * grid.cell, grid.cell, r_1 - r_0, c_1 - c_0)
         return slice(r_0, r_1), slice(c_0, c_1), own
+
+
+def _holes(surface: RegionSurface, mask: BoolArray) -> IntArray:
+    """(rows, cols) numbers of the holes that images leave in the surface, with islands in them, 0 elsewhere.
+
+    What the survey's end opens is no hole, nor what the raster's does.
+    """
+    if surface.highest:
+        return np.zeros(mask.shape, np.int64)
+    cell = surface.grid.cell
+    margin = len(island := disc(_ISLAND_M / 2, cell))
+    empty = np.pad(surface.holes | mask, margin)
+    whole = ndimage.binary_closing(empty, island)[margin:-margin, margin:-margin] & ~mask & _near(surface.holes, cell)
+    labels, count = ndimage.label(whole)
+    beyond = np.pad(~np.isfinite(surface.ndsm), 1, constant_values=True)
+    beside = ndimage.binary_dilation(beyond, np.ones((3, 3)))[1:-1, 1:-1]
+    closed = np.bincount(labels.ravel(), minlength=count + 1) * cell**2 >= _UNSEEN_M2
+    closed[np.unique(labels[beside])] = False
+    closed[0] = False
+    return np.where(closed[labels], labels, 0)
+
+
+def _near(holes: BoolArray, cell: float) -> BoolArray:
+    """(rows, cols) cells within half of what makes an island of a wide hole: gaps between houses are none."""
+    wide = ndimage.binary_opening(holes, disc(0.5, cell))
+    return np.asarray(ndimage.distance_transform_edt(~wide) * cell <= _ISLAND_M / 2) if wide.any() else wide
 
 
 def slots(ndsm: Float32Array, cell: float) -> BoolArray:

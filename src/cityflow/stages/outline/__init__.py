@@ -40,7 +40,7 @@ from cityflow.survey.survey import Survey
 from cityflow.survey.survey_parameters import OutlineParameters
 
 NAME = "outline"
-VERSION = 13
+VERSION = 14
 OUTLINES = "outlines.jsonl"
 
 
