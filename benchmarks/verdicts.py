@@ -89,6 +89,8 @@ RIDGE, LEAST_WEIGHT, TINY = 0.05, 0.005, 1e-9
 GOOD_SHARE, FAIR_SHARE = 0.95, 0.8
 PURITY, WRONGLY = 0.975, 0.05
 """Of those called good 97 % shall be good: half a point more is aimed at, since towns differ; of others no more than so many shall be called good."""
+CALLED_AT_LEAST = 0.5
+"""A verdict that calls fewer of the good ones good tells nothing."""
 
 
 @dataclass(frozen=True)
@@ -167,7 +169,10 @@ def fitted(
 def threshold(
     rows: Sequence[Row], without: frozenset[str], faults: tuple[str, ...], known: Logistic | None = None
 ) -> float:
-    """The least probability with the shares aimed at, on simulated towns and on flights alike, every town judged by a fit to the others."""
+    """The least probability with the shares aimed at, on simulated towns and on flights alike, every town judged by a fit to the others.
+
+    Where none has them, that from which most of those called good are, of those from which at least half of the good ones are called good.
+    """
     probability, good, flown = [], [], []
     for seed in sorted({r.seed for r in rows}):
         model = fitted([r for r in rows if r.seed != seed], GOOD_SHARE, without, faults, known)
@@ -178,13 +183,16 @@ def threshold(
     p, y, f = np.array(probability), np.array(good), np.array(flown)
     kinds = [kind for kind in (~f, f) if kind.any()]
     print(f"log-likelihood {np.sum(np.log(np.maximum(np.where(y, p, 1 - p), TINY))):.1f}")
+    purest, otherwise = 0.0, 0.99
     for least in np.arange(0.5, 0.99, 0.01):
         called = p >= least
+        if np.mean(called[y]) >= CALLED_AT_LEAST and np.mean(y[called]) > purest:
+            purest, otherwise = float(np.mean(y[called])), round(float(least), 2)
         for kind in kinds:
             print(f"  {least:.2f}: {_shares(called[kind], y[kind])}")
         if all(np.mean(y[called & k]) >= PURITY and np.mean(called[~y & k]) <= WRONGLY for k in kinds):
             return round(float(least), 2)
-    return 0.99
+    return otherwise
 
 
 def adapted(rows: Sequence[Row]) -> dict[str, str]:

@@ -128,7 +128,7 @@ def test_no_figure_that_is_worse_makes_a_unit_better(name: str, matched: bool) -
 
 
 def test_few_faces_are_no_reason_and_many_are() -> None:
-    spoilt = replace(BEST, matched=True, worst=0.3, error_m=0.15)
+    spoilt = replace(BEST, matched=True, worst=0.3, loose=0.2, strange=0.3, slight=0.1)
     assert "many faces" not in judgement_of(replace(spoilt, faceted=0.2)).reason
     assert "many faces" in judgement_of(replace(spoilt, faceted=0.9)).reason
 
