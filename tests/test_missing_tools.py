@@ -12,7 +12,13 @@ from missing_tools import TOOLS, missing_tools
 
 HERE = Path(__file__).parent
 SKIPS = ("skip", "skipif", "importorskip")
-OF_THE_DATA = ("a dozen points", "peaks of memory are counted otherwise", "given outlines are not split", "no textures")
+OF_THE_DATA = (
+    "a dozen points",
+    "peaks of memory are counted otherwise",
+    "given outlines are not split",
+    "no textures",
+    "waiting for a core is counted otherwise",
+)
 """Reasons that no tool would fix."""
 
 

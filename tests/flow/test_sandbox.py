@@ -99,7 +99,7 @@ def test_what_never_ends_is_killed(shared: Sandbox, store: Store, function: str)
     assert shared.run(store, toy("u", "nothing")).ending is Ending.RETURNED
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not tell how long a process waits for a core")
+@pytest.mark.skipif(sys.platform != "linux", reason="waiting for a core is counted otherwise")
 def test_waiting_for_a_core_that_others_use_is_not_counted(store: Store) -> None:
     core, sandbox = min(os.sched_getaffinity(0)), Sandbox()
     assert sandbox.run(store, toy("u", "nothing")).ending is Ending.RETURNED
