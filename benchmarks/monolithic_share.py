@@ -48,7 +48,7 @@ class Tally:
 def judge(run: str, truth: Path, tallies: dict[str, Tally]) -> None:
     store, tasks = tasks_of(run)
     evidences = []
-    for task, _ in tasks:
+    for task in tasks:
         given = task.arguments_as(UnitInputs)
         outline = given.outline.read(store)
         try:
