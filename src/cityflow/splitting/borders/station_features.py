@@ -57,7 +57,7 @@ PICTURES = (
     Feature("step_sigmas", "ratio", "step over what is usual in the row, less where only parts of the depth step", 1, (1.0, 2.0, 4.0, 7.0)),
     Feature("valley_slope", "tangent", "slope of the flatter of two sides that fall to the place", 1, (0.15, 0.3, 0.6)),
     Feature("ridge_slope", "tangent", "slope of the flatter of two sides that rise to it", -1, (0.15, 0.4)),
-    Feature("narrower_m", "m", "narrower on one side at both façades, at the one that steps less: a chancel, a wing", -1, (0.3, 1.0, 2.0)),
+    Feature("narrower_m", "m", "narrower on one side at both façades, at the one that steps less: a choir, a wing", -1, (0.3, 1.0, 2.0)),
     Feature("roof_sigmas", "ratio", "lasting change of the roof's colour over what is usual", 1, (1.0, 2.0, 4.0, 7.0)),
     Feature("roof_far_sigmas", "ratio", "the same as far as one may look", 1, (1.0, 2.0, 4.0)),
     Feature("hue_sigmas", "ratio", "change of the roof's hue", 1, (1.0, 2.5, 5.0)),
