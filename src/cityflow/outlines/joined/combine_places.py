@@ -36,6 +36,8 @@ _SLOT_M, _SLOT_DEPTH_M, _SLOT_SHARE = 2.4, 1.5, 0.7
 """Width of a gap between houses; how much lower than both it is, at least; and the share of their height that it reaches."""
 _UNSEEN_M2, _ISLAND_M = 1.0, 4.0
 """Smaller holes of the surface decide nothing; what is narrower amid holes is a part of them: lone depths are often false. Set by hand."""
+_WIDE_M = 1.0
+"""A hole is wide where a disc of this diameter fits in; set by hand."""
 _TOUCH_CELLS = 2
 """A hole so near touches a region."""
 _TOGETHER_M = 3.0
@@ -166,7 +168,7 @@ def _holes(surface: RegionSurface, mask: BoolArray) -> IntArray:
 
 def _near(holes: BoolArray, cell: float) -> BoolArray:
     """(rows, cols) cells within half of what makes an island of a wide hole: gaps between houses are none."""
-    wide = ndimage.binary_opening(holes, disc(0.5, cell))
+    wide = ndimage.binary_opening(holes, disc(_WIDE_M / 2, cell))
     return np.asarray(ndimage.distance_transform_edt(~wide) * cell <= _ISLAND_M / 2) if wide.any() else wide
 
 
