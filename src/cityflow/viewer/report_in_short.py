@@ -73,7 +73,9 @@ def _how_good(figures: Mapping[str, Any]) -> str:
     text, expected = GOOD_MEANS if summary["verdicts"]["good"] else "", summary["good_expected"]
     if expected > summary["verdicts"]["good"]:
         whole = summary["units"] - summary["refused"]
-        text += f"Probabilities add up to about {expected:,} good ones of {whole:,}; the verdict asks each for a high one. "
+        text += (
+            f"Probabilities add up to about {expected:,} good ones of {whole:,}; the verdict asks each for a high one. "
+        )
     text += f"Measured points scatter by {cm(summary['nmad_median'])} about the roof of a typical building"
     if summary["nmad_95"] is not None and summary["done"] > 1:
         text += f", by less than {cm(summary['nmad_95'])} at 95 % of them"
