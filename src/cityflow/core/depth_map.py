@@ -159,7 +159,8 @@ def _standing_by_pinhole(depth, votes, place, lens, pose, axes, bounds):  # type
                     at[k] = _fused(g, turn[k, 2], _fused(f, turn[k, 1], e * turn[k, 0]))
             pixel[n], out[n, 0], out[n, 1], out[n, 2] = r * cols + c, at[0], at[1], at[2]
             n += (at[0] >= bounds[0]) & (at[0] < bounds[2]) & (at[1] >= bounds[1]) & (at[1] < bounds[3])
-    return pixel[:n].copy(), out[:n].copy()
+    # mostly all stand there: then nothing is copied
+    return (pixel[:n], out[:n]) if n == most else (pixel[:n].copy(), out[:n].copy())
 
 
 def numbers_within(xyz: FloatArray, bounds: Bounds) -> IntArray:

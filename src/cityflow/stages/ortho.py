@@ -30,7 +30,7 @@ from cityflow.survey.surface_source import IMAGES, ZARR
 from cityflow.survey.survey import Survey
 
 NAME = "ortho"
-VERSION = 7
+VERSION = 8
 UNSEEN = "no image over this tile could be read"
 
 

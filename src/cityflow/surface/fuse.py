@@ -29,6 +29,8 @@ from cityflow.surface.steady import REACH_CELLS, noise_of
 
 STRIP_CELLS = 3_200_000
 """Cells at a time, but for those around a strip; bounds memory, no result depends on it."""
+MORE_CELLS = 0.15
+"""A strip may have so much more, where that spares another one with all that is around it."""
 
 PointSource = ImagePoints | Callable[[Bounds], ImagePoints]
 """Points, or who reads those within bounds (more do no harm): then no more than a strip of them is in memory."""
@@ -130,13 +132,19 @@ def fuse(points: PointSource, grid: Grid, parameters: FuseParameters | None = No
     Cells nearer than `halo_cells` to the edge of the grid may differ from those of a larger one. Works strip by strip, so that memory does not grow
     with the grid; strips do not show.
     """
-    return fused_with_noise(points, grid, parameters or FuseParameters())[0]
+    return _fused(points, grid, parameters or FuseParameters(), None)
 
 
 def fused_with_noise(points: PointSource, grid: Grid, p: FuseParameters) -> tuple[Fused, Float32Array]:
     """As `fuse`, and (rows, cols) the noise of the heights as the differences of images show it, metres (`noise_of`)."""
+    noise = np.full(grid.shape, np.nan, np.float32)
+    return _fused(points, grid, p, noise), noise
+
+
+def _fused(points: PointSource, grid: Grid, p: FuseParameters, noise: Float32Array | None) -> Fused:
+    """The surface; with `noise` (rows, cols) that of the heights goes there."""
     dsm, sigma = np.full(grid.shape, np.nan, np.float32), np.full(grid.shape, np.nan, np.float32)
-    count, noise = np.zeros(grid.shape, np.uint32), np.full(grid.shape, np.nan, np.float32)
+    count = np.zeros(grid.shape, np.uint32)
     rows = strip_rows(grid)
     for first in range(0, grid.rows, rows):
         last = min(first + rows, grid.rows)
@@ -146,13 +154,15 @@ def fused_with_noise(points: PointSource, grid: Grid, p: FuseParameters) -> tupl
         some = _part_with_points(inside, strip)
         if some is None:
             continue
-        part, rough = _fused_strip(inside, some, p)
+        part, rough = _fused_strip(inside, some, p, noise is not None)
         rows_of, cols = grid.slices(some)
         own = slice(max(rows_of.start, first), max(min(rows_of.stop, last), first))
         inner = slice(own.start - rows_of.start, max(own.stop - rows_of.start, 0))
-        for whole, found in ((dsm, part.dsm), (count, part.count), (sigma, part.sigma), (noise, rough)):
+        for whole, found in ((dsm, part.dsm), (count, part.count), (sigma, part.sigma)):
             whole[own, cols] = found[inner]
-    return Fused(grid, dsm, count, sigma), noise
+        if noise is not None and rough is not None:
+            noise[own, cols] = rough[inner]
+    return Fused(grid, dsm, count, sigma)
 
 
 def _part_with_points(points: ImagePoints, grid: Grid) -> Grid | None:
@@ -178,8 +188,9 @@ def _bounds_within(xyz: FloatArray, bounds: Bounds) -> Bounds:
 
 
 def strip_rows(grid: Grid) -> int:
-    """Rows of a strip over a grid."""
-    return max(STRIP_CELLS // grid.cols, 1)
+    """Rows of a strip over a grid, which has as few strips as may be."""
+    strips = max(int(np.ceil(grid.rows * grid.cols / STRIP_CELLS - MORE_CELLS)), 1)
+    return -(-grid.rows // strips)
 
 
 def _grown(grid: Grid) -> Bounds:
@@ -187,19 +198,21 @@ def _grown(grid: Grid) -> Bounds:
     return x_min - grid.cell, y_min - grid.cell, x_max + grid.cell, y_max + grid.cell
 
 
-def _fused_strip(points: ImagePoints, grid: Grid, p: FuseParameters) -> tuple[Fused, Float32Array]:
+def _fused_strip(
+    points: ImagePoints, grid: Grid, p: FuseParameters, with_noise: bool
+) -> tuple[Fused, Float32Array | None]:
     weighing = Weighing(grid.cell, HALF_VIEWS, float(np.cos(np.radians(ABOVE_DEG))))
     # nobody but `_surface` holds the points of the cells, so it can let them go
-    z, sigma, count, noise = _surface(cell_points(points, grid, weighing), grid, p)
+    z, sigma, count, noise = _surface(cell_points(points, grid, weighing), grid, p, with_noise)
     found = Fused(grid, z.astype(np.float32), count, np.where(np.isnan(z), np.nan, sigma).astype(np.float32))
     return found, noise
 
 
 def _surface(
-    points: CellPoints, grid: Grid, p: FuseParameters
-) -> tuple[FloatArray, Float32Array, NDArray[np.uint32], Float32Array]:
-    """(rows, cols) heights, NaN in holes, their precision where there are some, points of each cell, and noise; cells whose own floats have a second
-    choice."""
+    points: CellPoints, grid: Grid, p: FuseParameters, with_noise: bool
+) -> tuple[FloatArray, Float32Array, NDArray[np.uint32], Float32Array | None]:
+    """(rows, cols) heights, NaN in holes, their precision where there are some, points of each cell, and noise where it is wanted; cells whose own floats
+    have a second choice."""
     count = points.in_cells
     if len(points.z) == 0:
         nothing = np.full(grid.shape, np.nan)
@@ -228,7 +241,7 @@ def _surface(
         modes_instead(points, rule, found, specks)
         z = again_on_planes(z, found, specks, *planes)
         z[_specks(z, grid, p)] = np.nan
-    return z, found.sigma, count, noise_of(points, z, planes[1])
+    return z, found.sigma, count, noise_of(points, z, planes[1]) if with_noise else None
 
 
 def without_what_lies_beneath(points: CellPoints, top: Float32Array, grid: Grid) -> CellPoints:

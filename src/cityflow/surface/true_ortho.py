@@ -123,13 +123,14 @@ def true_ortho(
     together = _together(grid)
     colour = np.zeros((*grid.shape, bands), dtype)
     source = np.full(grid.shape, -1, np.int16)
+    room = _room(min(WINDOW, grid.rows) * min(WINDOW, grid.cols) * BLENDED)
     for rows, cols in _squares(*grid.shape, WINDOW):
         part = heights[rows, cols].astype(np.float64)
         if np.isnan(part).all():
             continue
-        choice = _chosen(_centres(grid, rows, cols), part, together, cameras, blocking, limits)
-        source[rows, cols] = _main_source(choice)
-        colour[rows, cols] = _coloured(choice, images, grid.cell, bands, dtype)
+        choice = _chosen(_centres(grid, rows, cols), part, together, cameras, blocking, limits, room)
+        source[rows, cols] = main = _main_source(choice.image, choice.weight)
+        colour[rows, cols] = _coloured(choice, main, images, grid.cell, dtype, bands)
     return Ortho(colour, source, np.asarray(source >= 0))
 
 
@@ -148,12 +149,18 @@ def completed(first: Ortho, later: Ortho, images_before: int) -> Ortho:
     )
 
 
+def _room(size: int) -> Choice:
+    """For one choice after the other: new arrays take the system longer than to choose again takes."""
+    return Choice(np.empty(size, np.int32), *(np.empty(size) for _ in range(4)))
+
+
 def _chosen(
     centres: tuple[FloatArray, FloatArray], heights: FloatArray, together: Together, cameras: Cameras, blocking: Obstacles,
-    limits: Limits,
+    limits: Limits, room: Choice,
 ) -> Choice:  # fmt: skip
     shape = (*heights.shape, BLENDED)
-    choice = Choice(np.full(shape, -1, np.int32), *(np.empty(shape) for _ in range(4)))
+    choice = Choice(*(column[: heights.size * BLENDED].reshape(shape) for column in room))
+    choice.image[:] = -1
     x, y = centres
     for rows, cols in _squares(len(y), len(x), BLOCK):
         part = np.ascontiguousarray(heights[rows, cols])
@@ -171,23 +178,32 @@ def _facing(centres: tuple[FloatArray, FloatArray], heights: FloatArray, cameras
     return facing(cameras, low, np.array([x[-1], y[0], np.nanmax(heights)]))
 
 
-def _main_source(choice: Choice) -> np.ndarray[tuple[int, int], np.dtype[np.int16]]:
-    weight = np.where(choice.image >= 0, choice.weight, -1.0)
-    best = np.argmax(weight, axis=2)[..., None]
-    return np.take_along_axis(choice.image, best, axis=2)[..., 0].astype(np.int16)
+@njit(cache=True, nogil=True)
+def _main_source(image, weight):  # type: ignore[no-untyped-def]
+    """(rows, cols) int16 number of the image with the greatest weight, the first of equals; -1 where there is none."""
+    rows, cols, most = image.shape
+    out = np.full((rows, cols), -1, np.int16)
+    for r in range(rows):
+        for c in range(cols):
+            best = -1.0
+            for k in range(most):
+                if image[r, c, k] >= 0 and weight[r, c, k] > best:
+                    best, out[r, c] = weight[r, c, k], image[r, c, k]
+    return out
 
 
 def _coloured(
-    choice: Choice, images: Sequence[ColourImage], cell: float, bands: int, dtype: np.dtype[np.uint8]
+    choice: Choice, source: IntArray, images: Sequence[ColourImage], cell: float, dtype: np.dtype[np.uint8], bands: int
 ) -> PixelArray:
-    rows, cols = choice.image.shape[:2]
+    """(rows, cols, bands); `source` (rows, cols) is -1 where no image is."""
+    rows, cols = source.shape
     total = np.zeros((rows * cols, bands), np.float32)
     start, place = _by_image(choice.image.ravel(), len(images))
     for number in np.flatnonzero(np.diff(start)).tolist():
         at = place[start[number] : start[number + 1]]
         u, v, scale, weight = (a.ravel().take(at) for a in (choice.u, choice.v, choice.scale, choice.weight))
         add_colours(total, images[number], Wanted(at // BLENDED, u, v, scale * cell, weight))
-    return rounded(total, choice.image.reshape(rows * cols, -1).max(axis=1) >= 0, dtype).reshape(rows, cols, bands)
+    return rounded(total, source.ravel() >= 0, dtype).reshape(rows, cols, bands)
 
 
 @njit(cache=True, nogil=True)

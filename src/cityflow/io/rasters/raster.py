@@ -25,6 +25,8 @@ from cityflow.errors import CatalogError
 from cityflow.io.crs import horizontal_crs, vertical_datum
 
 BLOCK_PX = 512
+DEFLATE_LEVEL = 1
+"""Of compression: heights of a tile take two thirds of the time of level 6 and 3 % more bytes, colours a third and 7 % more."""
 _LOCAL_WKT = 'ENGCRS["local",EDATUM["local"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],LENGTHUNIT["metre",1]]'
 _TOLERANCE_PX = 0.001
 """How far the transformation may be interpolated along a row; GDAL's default of 0.125 shifts heights on slopes."""
@@ -58,7 +60,7 @@ def write_cog(array: NDArray[Any], grid: Grid, reference: Reference, nodata: flo
     profile = {
         "driver": "COG", "height": grid.rows, "width": grid.cols, "count": len(bands), "dtype": bands.dtype,
         "crs": crs_for(bands.dtype, reference), "transform": Affine(*grid.transform), "nodata": nodata,
-        "compress": "DEFLATE", "predictor": "YES", "blocksize": BLOCK_PX, "num_threads": "1",
+        "compress": "DEFLATE", "level": str(DEFLATE_LEVEL), "predictor": "YES", "blocksize": BLOCK_PX, "num_threads": "1",
         "overview_resampling": "NEAREST" if np.issubdtype(bands.dtype, np.integer) else "AVERAGE",
     }  # fmt: skip
     with MemoryFile() as memory:

@@ -12,6 +12,7 @@ import shapely
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Status
 from cityflow.core.camera import OrientedImage
+from cityflow.core.depth_map import ImagePoints, joined
 from cityflow.core.grid import Bounds, Grid, grown, tiles_over
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.points import PointCloud
@@ -42,7 +43,7 @@ from cityflow.survey.surface_source import OVERVIEW, ZARR
 from cityflow.survey.survey import Survey
 
 NAME = "surface"
-VERSION = 11
+VERSION = 12
 PIECE_SCALE_M = 0.001
 """Coordinates of the files are whole millimetres."""
 
@@ -253,13 +254,18 @@ def _seen_enough(sights: Sights) -> SeenEnough:
 
 def _write_points(workspace: Workspace, tile: str, given: ImageSurfaceInputs, surface: ImageSurface) -> int:
     """The tile's own points with their classes, where there is a terrain; how many."""
-    core = checked_points(workspace.store, given.depths, given.bounds)(given.bounds)
-    row, col = surface.fine.grid.indices(core.xyz[:, 0], core.xyz[:, 1])
-    known = np.isfinite(surface.fine.dtm[row, col])
-    core = core if known.all() else core.take(known)
+    parts = checked_points(workspace.store, given.depths, given.bounds).parts(given.bounds)
+    core = joined([_with_terrain(part, surface.fine) for part in parts], given.depths.bands)
+    del parts
     data = write_image_points(core, classify_points(core, surface), crs=crs_of(resolve(given.crs)))
     workspace.publish(f"products/points/{tile}.laz", data)
     return len(core)
+
+
+def _with_terrain(points: ImagePoints, fine: Rasters) -> ImagePoints:
+    row, col = fine.grid.indices(points.xyz[:, 0], points.xyz[:, 1])
+    known = np.isfinite(fine.dtm[row, col])
+    return points if known.all() else points.take(known)
 
 
 def write_rasters(workspace: Workspace, tile: str, crs: str, grids: Surfaces, surface: ImageSurface) -> str:

@@ -30,7 +30,7 @@ from cityflow.surface.image_surface import ImageSurfaceParameters, surface_of_fu
 from cityflow.survey.surface_source import ZARR
 from cityflow.survey.survey import Survey
 
-VERSION = 3
+VERSION = 4
 ASSUMED_SIGMA_CELLS = 0.5
 """Precision that a given DSM is credited with, in its own cells: it says none; set by hand."""
 

@@ -42,7 +42,7 @@ from cityflow.synthetic.video_flight import VideoParameters
 
 PICTURE, CALIBRATION, SCAN, TRUTH, VIDEO = "picture", "calibration", "scan", "truth", "video"
 STAGES = (PICTURE, CALIBRATION, SCAN, TRUTH, VIDEO)
-VERSION = 3
+VERSION = 4
 SCAN_TILE_M, TRUTH_TILE_M = 250.0, 100.0
 DAY = "2026-06-21"
 """Of the survey."""
