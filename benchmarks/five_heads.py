@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -131,15 +132,29 @@ def mapping(f: Flight, seed: int) -> tuple[MappedModel, list[np.ndarray], int]:
     return model, points, len(pairs)
 
 
-def control(f: Flight, seed: int) -> ControlPoints:
-    """Five control points in the corners and the middle of the stations' area, ten check points."""
-    rng = np.random.default_rng(seed + 200)
+def control_places(f: Flight, checks: Sequence[tuple[float, float]] = ()) -> np.ndarray:
+    """(C, 3) five places in the corners and the middle of the stations' area, and further ones by their shares of it."""
     xy = np.array([i.centre[:2] for i in f.images])
     low, high = xy.min(axis=0), xy.max(axis=0)
-    share = np.concatenate([[(0, 0), (1, 0), (0, 1), (1, 1), (0.5, 0.5)], rng.uniform(0.05, 0.95, (10, 2))])
+    at = low + np.array([(0, 0), (1, 0), (0, 1), (1, 1), (0.5, 0.5), *checks]) * (high - low)
+    return np.column_stack([at, ORIGIN[2] + 2.0 * np.sin((at[:, 0] - ORIGIN[0]) / 60)])
+
+
+def stated_places(f: Flight, noise_m: float, seed: int) -> np.ndarray:
+    """(N, 3) positions as given: of the antenna in the middle of the heads, with the error of its station."""
+    rng = np.random.default_rng([seed, round(noise_m * 100)])
+    errors = rng.normal(0, noise_m, (int(f.station.max()) + 1, 3)) * (1.0, 1.0, 1.5)
+    middle = np.array(
+        [np.mean([f.images[k].centre for k in np.flatnonzero(f.station == s)], axis=0) for s in range(len(errors))]
+    )
+    return np.asarray((middle + errors)[f.station])
+
+
+def control(f: Flight, seed: int) -> ControlPoints:
+    """Five control points, ten check points."""
+    rng = np.random.default_rng(seed + 200)
     points = []
-    for k, at in enumerate(low + share * (high - low)):
-        xyz = np.array([*at, ORIGIN[2] + 2.0 * np.sin((at[0] - ORIGIN[0]) / 60)])
+    for k, xyz in enumerate(control_places(f, rng.uniform(0.05, 0.95, (10, 2)).tolist())):
         marks = []
         for image in f.images:
             uv, depth = image.project(xyz[None])
@@ -156,12 +171,7 @@ def told(
 ) -> None:  # fmt: skip
     names = [i.name for i in f.images]
     images = [replace(i, name=names[k], head=str(f.head[k])) for i, k in zip(model.images, model.numbers, strict=True)]
-    rng = np.random.default_rng([seed, round(noise_m * 100)])
-    errors = rng.normal(0, noise_m, (int(f.station.max()) + 1, 3)) * (1.0, 1.0, 1.5)
-    middle = np.array(
-        [np.mean([f.images[k].centre for k in np.flatnonzero(f.station == s)], axis=0) for s in range(len(errors))]
-    )
-    places = (middle + errors)[f.station]
+    places = stated_places(f, noise_m, seed)
     nothing = np.full(places.shape, np.nan)
     gnss = GnssPlaces(tuple(names), places, nothing, nothing, resolve(CRS), "", ())
     put = place(images, model.xyz, gnss, Placing(), (known, resolve(CRS)) if known is not None else None)

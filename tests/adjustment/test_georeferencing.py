@@ -122,6 +122,19 @@ def test_heads_that_fire_together_are_held_by_their_mount() -> None:
     assert _beside(held, truth) < 0.5 * _beside(alone, truth)
 
 
+def test_heads_of_a_station_have_one_position() -> None:
+    """What a station's position is off, its heads share: it says as much of the place of the block as one position does, not as three."""
+    truth, bent = _mounted()
+    errors = np.repeat(np.random.default_rng(8).normal(0, 0.3, (8, 3)), 3, axis=0)
+    places = np.array([i.centre for i in truth.images]) + errors
+    gnss = Positions(places, np.full(places.shape, np.nan), stations=tuple(k // 3 for k in range(24)))
+    found = georeferenced(bent, truth.ties, gnss)
+    assert found.mounts is not None
+    stated = np.sqrt(np.median(found.refinement.covariances[:, 3, 3]))
+    assert stated > 0.9 * found.refinement.adjusted.position_sigma_m / np.sqrt(8)
+    assert found.refinement.adjusted.position_sigma_m == pytest.approx(0.3, rel=0.35)
+
+
 def _beside(found: Georeferenced, truth: Scene) -> float:
     """Scatter over the stations of how far the left head's rotation from the level head's is off, radians."""
     ours, theirs = (np.array([i.rotation for i in images]) for images in (found.refinement.images, truth.images))

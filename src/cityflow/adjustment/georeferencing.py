@@ -19,7 +19,7 @@ from cityflow.adjustment.control_residuals import ControlFigures, point_residual
 from cityflow.adjustment.given_poses import LENS_SIGMA, Exactness
 from cityflow.adjustment.kept_out_ties import gained
 from cityflow.adjustment.mounts import Mounts, mounts_of
-from cityflow.adjustment.refinement import CELLS, KEPT_OUT, Refinement, in_pixels, weak_images
+from cityflow.adjustment.refinement import KEPT_OUT, Refinement, in_pixels, weak_images
 from cityflow.adjustment.tracks import Ties, spread
 from cityflow.adjustment.triangulation import triangulated
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
@@ -30,6 +30,9 @@ PLAIN_M, VERTICAL = 2.0, 1.5
 """Of a position whose standard deviations are not stated: what a plain receiver reaches in plan, and how much worse its heights are (a rule of thumb)."""
 FEW_POSITIONS = 10
 """Fewer do not tell how exact they are: what is stated holds; set by hand, as are those below."""
+CELLS = 24
+"""Of the grid in which the tie points of an image are spread, along its longer side. Cameras and heights are told by many points: half of them make focal
+lengths a quarter less sure (docs/results.md)."""
 OPEN_FOCAL = 0.005
 """A focal length that is less certain than this share is held."""
 HELD_SIGMA = 1e-7
@@ -139,11 +142,16 @@ def georeferenced(
         other = _again(given, found, parameters, held, _holding(replace(exact, arms=arms, arms_open=True), open_ones))
         found = other if _are_sure(other.arms, other.arm_sigmas).any() else found
     if (mounts := mounts_of(found.block, found.covariances, positions.stations)) is not None:
-        mounted = replace(exact, arms=found.arms, arms_open=bool(found.arm_sigmas.any()), mounts=mounts)
+        mounted = replace(
+            exact, positions=_of_stations(exact.positions, mounts), arms=found.arms,
+            arms_open=bool(found.arm_sigmas.any()), mounts=mounts,
+        )  # fmt: skip
         together = _again(given, found, parameters, held, _holding(mounted, open_ones))
         better = gained(found.block, together.block, kept_out)
         mounts = mounts if better.after_px < better.before_px and better.score >= LIKELY else None
-        found = together if mounts is not None else found
+        # arms of heads whose positions do not count twice stay as they were found
+        sure = np.minimum(together.arm_sigmas, found.arm_sigmas)
+        found = replace(together, arm_sigmas=sure) if mounts is not None else found
     gain = gained(block, found.block, kept_out)
     taken = gain.after_px <= WORSE * gain.before_px
     doubts = [Doubt(n, why, "correct it") for n, why in sorted((wrong or {}).items()) if n in control.names]
@@ -185,6 +193,15 @@ def _observed(
         fixed["position_sigma_m"] = middle
     centres = np.where(known[:, None], positions.xyz - origin, block.centres)
     return replace(block, centres=centres), exact, parameters.model_copy(update=fixed)
+
+
+def _of_stations(positions: FloatArray, mounts: Mounts) -> FloatArray:
+    """(N, 3) standard deviations, infinite for heads that a mount ties to one whose position counts: a station has one antenna, and one error of it."""
+    held, by = mounts.images.T
+    counts = np.isfinite(positions[by]).all(axis=1)
+    result = positions.copy()
+    result[held[counts]] = np.inf
+    return result
 
 
 def _first_shift(given: Block, start: Block, positions: Positions, holding: Control | None) -> FloatArray | None:
