@@ -15,12 +15,24 @@ from typer.testing import CliRunner
 
 from browser import painted_run as town
 from browser.chromium import WITHOUT_WEBGL, Chromium
-from browser.conftest import READY, served
+from browser.conftest import READY, SOUTH, served
 from browser.painted_page import SETTLED, canvas, check, colours_at, differing, middle, on_page, over, world_of
 from cityflow.cli import app
 from cityflow.core.arrays import FloatArray
 
 RED, BLUE, GREEN = 0, 2, 1
+
+
+def test_the_page_is_painted_before_its_program_begins(browser: Chromium, address: str) -> None:
+    """A program, and a context to draw in, take longer than all else before one sees anything."""
+    browser.open("about:blank")
+    browser.messages.clear()
+    browser.open(f"{address}#camera={SOUTH}", READY)
+    painted, begun = browser.run(
+        "['first-contentful-paint', 'program'].map((name) => performance.getEntriesByName(name)[0].startTime)"
+    )
+    assert 0 < painted < begun
+    assert browser.messages == []
 
 
 def test_it_loads_without_errors_and_draws_the_city(page: Chromium) -> None:

@@ -23,11 +23,12 @@ const CLICK_PIXELS = 5;
 const OVERLAYS = ['points', 'dsm', 'cuts', 'failures'];
 const NEARER = { '+': 0.8, '=': 0.8, '-': 1.25 };
 
+performance.mark('program');
 window.cityflowView = {
   isReady: false, errors: [],
   /** Whether anything is still being fetched, moves, or has yet to be drawn. */
   get isBusy() {
-    return this.city?.isLoading || this.layers?.loading > 0 || this.index?.reading > 0 || this.stage?.isGliding || this.stage?.isWaiting || !this.stage?.frames;
+    return this.city?.isLoading || this.compare?.isLoading || this.layers?.loading > 0 || this.index?.reading > 0 || this.stage?.isGliding || this.stage?.isWaiting || !this.stage?.frames;
   },
 };
 window.addEventListener('error', (event) => window.cityflowView.errors.push(String(event.message)));

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
+
+import numpy as np
 
 from cityflow.flow.store import Store
 from cityflow.flow.task import digest_of
 from cityflow.reporting.view_tiles import TABLES, UNITS
-from cityflow.viewer.review_list import NO_REASON, worth_of
+from cityflow.viewer.review_list import DOUBTFUL_BORDER, NO_REASON, worth_of
 
 Json = Any
 
-FIELDS = ("id", "tile", "status", "verdict", "probability", "nmad", "rmse", "method", "reason", "model")
+FIELDS = ("id", "tile", "status", "verdict", "probability", "nmad", "rmse", "method", "border", "reason", "model")
+NEAR_M = 1.0
+"""How far beyond a building the middle of its border may be."""
 _OF_A_PASS = ("seconds", "page")
 """What differs from one run to the next though the model is the same."""
 
@@ -46,8 +51,8 @@ class DeskList:
     def _tile(self, table: str, units: str) -> list[dict[str, Json]]:
         known = self._json(units)
         read = self._json(table)
-        fields = read.get("fields", [])
-        return [_row(dict(zip(fields, row, strict=True)), known) for row in read.get("rows", [])]
+        borders = _Borders.of(_objects(read.get("cuts", {})))
+        return [_row(unit, known, borders) for unit in _objects(read)]
 
     def _json(self, path: str) -> dict[str, Json]:
         try:
@@ -57,12 +62,49 @@ class DeskList:
         return found if isinstance(found, dict) else {}
 
 
-def _row(unit: Mapping[str, Json], known: Mapping[str, Mapping[str, Json]]) -> dict[str, Json]:
+def _objects(table: Mapping[str, Json]) -> list[dict[str, Json]]:
+    return [dict(zip(table["fields"], row, strict=True)) for row in table.get("rows", [])]
+
+
+@dataclass(frozen=True, slots=True)
+class _Borders:
+    """Cut lines of a tile, taken or not, by the outline that they cross: middle in the page's frame, and the probability that the choice is wrong."""
+
+    of_outline: Mapping[str, Sequence[tuple[float, float, float]]]
+
+    @classmethod
+    def of(cls, lines: Sequence[Mapping[str, Json]]) -> _Borders:
+        found = defaultdict[str, list[tuple[float, float, float]]](list)
+        for line in lines:
+            if line["confidence"] is None:
+                continue
+            (x0, y0, _), (x1, y1, _) = line["from"], line["to"]
+            wrong = 1 - line["confidence"] if line["accepted"] else line["confidence"]
+            found[line["outline"]].append(((x0 + x1) / 2, (y0 + y1) / 2, wrong))
+        return cls(found)
+
+    def doubt(self, unit: Mapping[str, Json]) -> float:
+        """The highest such probability at a building; 0 where it has no border."""
+        x, y, _ = unit["place"]
+        parts = unit["id"].split(".")
+        # the id of a part is that of its outline and its own, joined by a dot; either may have dots
+        names = {".".join(parts[:k]) for k in range(1, len(parts) + 1)}
+        reach = unit["size"] / 2 + NEAR_M
+        near = (w for name in names for px, py, w in self.of_outline.get(name, ()) if np.hypot(px - x, py - y) <= reach)
+        return round(max(near, default=0.0), 3)
+
+
+def _row(unit: Mapping[str, Json], known: Mapping[str, Mapping[str, Json]], borders: _Borders) -> dict[str, Json]:
     more = known.get(unit["id"], {})
     digest = digest_of({k: v for k, v in more.items() if k not in _OF_A_PASS}) if more else ""
+    border, reason = borders.doubt(unit), more.get("verdict_reason") or more.get("reason") or ""
+    if border >= DOUBTFUL_BORDER:
+        reason = "; ".join(
+            r for r in (reason, f"a border is wrong, or lacking, with a probability of {border:.0%}") if r
+        )
     values = (
         unit["id"], unit["tile"], unit["status"], unit["verdict"], more.get("good_probability"), unit["nmad"], unit["rmse"],
-        more.get("method") or "", more.get("verdict_reason") or more.get("reason") or "", digest[:16],
+        more.get("method") or "", border, reason, digest[:16],
     )  # fmt: skip
     row = dict(zip(FIELDS, values, strict=True))
     if not row["reason"] and row["verdict"] != "good":
@@ -71,4 +113,4 @@ def _row(unit: Mapping[str, Json], known: Mapping[str, Mapping[str, Json]]) -> d
 
 
 def _worth(row: Mapping[str, Json]) -> tuple[Any, ...]:
-    return (*worth_of(row["status"], row["verdict"], row["probability"], row["rmse"]), row["id"])
+    return (*worth_of(row["status"], row["verdict"], row["probability"], row["rmse"], row["border"]), row["id"])

@@ -7,12 +7,14 @@ export const LAYERS = {
   outlines: 'Outline', locked: 'Outline, never split', cut_lines: 'Border', no_cut_lines: 'No border', roof_types: 'Roof type', rejected: 'Not a building',
 };
 
+const NO_TOKEN = 'This address has no token, and can change nothing';
+
 export class Reruns {
   constructor(page, root) {
     Object.assign(this, { page, jobs: new Map() });
     this.wait = element('p', { id: 'desk-pending' });
-    this.all = element('button', { type: 'button', id: 'desk-rerun', title: 'Carry out all edits that wait', onclick: () => this.ask([]) }, 'Rerun');
-    this.these = element('button', { type: 'button', title: 'Make all buildings of the list again', onclick: () => this.#askList() }, 'Rerun the list');
+    this.all = element('button', { type: 'button', id: 'desk-rerun', disabled: true, onclick: () => this.ask([]) }, 'Rerun');
+    this.these = element('button', { type: 'button', id: 'desk-rerun-list', disabled: true, onclick: () => this.#askList() }, 'Rerun the list');
     this.edits = element('ol', { id: 'desk-edits', 'aria-label': 'Edits' });
     this.queue = element('ol', { id: 'desk-jobs', 'aria-label': 'Reruns' });
     root.append(this.wait, element('div', { class: 'row' }, this.all, this.these), element('h3', {}, 'Reruns'), this.queue, element('h3', {}, 'Edits'), this.edits);
@@ -47,16 +49,27 @@ export class Reruns {
   }
 
   #askList() {
-    const { shown } = this.page.desk.review;
-    const units = shown.filter(({ status }) => status !== 'refused').map(({ id }) => id);
-    if (!units.length) return say('No building is in the list.');
-    return this.ask(units);
+    return this.ask(this.#listed());
+  }
+
+  /** Buildings of the list that a rerun can make. */
+  #listed() {
+    return this.page.desk.review.shown.filter(({ status }) => status !== 'refused').map(({ id }) => id);
+  }
+
+  /** What cannot be asked for now cannot be pressed, and says why. */
+  allow() {
+    const { pending, refused } = this.page.desk.state;
+    const never = this.page.desk.token ? refused : NO_TOKEN;
+    const listed = this.#listed().length;
+    allowed(this.all, never || (pending ? '' : 'No edit waits for a rerun'), 'Carry out all edits that wait (key: r)');
+    allowed(this.these, never || (listed ? '' : 'No building is in the list'), `Make the ${listed.toLocaleString('en')} buildings of the list again`);
   }
 
   #draw(state) {
     for (const job of state.jobs) this.jobs.set(job.number, job);
     this.wait.textContent = state.refused || (state.pending ? `${state.pending} ${state.pending === 1 ? 'change waits' : 'changes wait'} for a rerun.` : 'No change waits for a rerun.');
-    this.all.disabled = !state.pending;
+    this.allow();
     this.edits.replaceChildren(...[...state.edits].reverse().map((edit) => this.item(edit)));
     this.#drawJobs();
   }
@@ -83,4 +96,10 @@ export class Reruns {
       job.lines.length ? element('details', { open: job.stand === 'failed' }, element('summary', {}, job.lines.at(-1)), element('pre', {}, job.lines.join('\n'))) : null,
     )));
   }
+}
+
+/** A button can be pressed where nothing speaks against it; its title tells what it does, or why it does nothing. */
+function allowed(button, why, what) {
+  button.disabled = Boolean(why);
+  button.title = why || what;
 }

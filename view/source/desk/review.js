@@ -5,9 +5,11 @@ import { isTyping } from './before.js';
 import { attempt } from './desk.js';
 
 const SHOWN_AT_ONCE = 200;
+/** Probability that a border is wrong or lacking, from which it is worth a look (`viewer/review_list.py`). */
+const DOUBTFUL_BORDER = 0.25;
 const STATES = [
   ['', 'all'], ['open', 'worth a look, not seen'], ['failed', 'failed'], ['degraded', 'simplified'], ['poor', 'poor'], ['look', 'to look at'], ['good', 'good'],
-  ['refused', 'refused'], ['noted', 'with a note'], ['seen', 'seen, fine'],
+  ['border', 'doubtful border'], ['refused', 'refused'], ['noted', 'with a note'], ['seen', 'seen, fine'],
 ];
 
 export class Review {
@@ -94,10 +96,12 @@ export class Review {
     this.shown = this.rows.filter((row) => (!tile || row.tile === tile) && (!method || row.method === method) && row.reason.toLowerCase().includes(words) && this.#is(row, state));
     this.most = SHOWN_AT_ONCE;
     this.#draw();
+    this.page.desk.reruns?.allow();
   }
 
   #is(row, state) {
-    if (state === 'open') return row.status !== 'refused' && (row.status === 'failed' || row.status === 'degraded' || row.verdict !== 'good') && !this.seen(row);
+    if (state === 'open') return row.status !== 'refused' && (row.status === 'failed' || row.status === 'degraded' || row.verdict !== 'good' || row.border >= DOUBTFUL_BORDER) && !this.seen(row);
+    if (state === 'border') return row.border >= DOUBTFUL_BORDER;
     if (state === 'seen') return Boolean(this.seen(row));
     if (state === 'noted') return Boolean(this.page.desk.state.notes[row.id]?.notes.length);
     return !state || row.status === state || row.verdict === state;
