@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +18,8 @@ from rich.console import Console
 from browser import painted_run as town
 from browser.chromium import Chromium
 from browser.conftest import READY, SOUTH
-from browser.painted_page import on_page
-from cityflow.core.arrays import FloatArray
+from browser.painted_page import colours_at, on_page, over
+from cityflow.core.arrays import ByteArray, FloatArray
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.flow.store import Store
 from cityflow.io.tables.edits_gpkg import read_edits
@@ -27,6 +29,7 @@ from cityflow.viewer.desk_server import DeskHandler
 from cityflow.viewer.picture import picture
 from cityflow.viewer.server import Served, server_for
 from cityflow.workflow.desk import RunDesk
+from cityflow.workflow.desk_compare import FOLDER
 from cityflow.workflow.serve import bring_up_to_date, reader
 from small_pictures import draw_small
 
@@ -34,12 +37,14 @@ AT_THE_DESK = f"{READY} && document.querySelector('#desk-list li')"
 
 
 @contextmanager
-def desk_of(run: Path) -> Iterator[tuple[RunDesk, str]]:
-    """The desk of a run, and its address."""
-    desk = RunDesk(str(run), "ann", ["--workers=1"], lambda: bring_up_to_date(str(run), Console(quiet=True)))
+def desk_of(run: Path, other: Path) -> Iterator[tuple[RunDesk, str]]:
+    """The desk of a run that is compared with another one, and its address."""
+    refresh = partial(bring_up_to_date, str(run), Console(quiet=True))
+    desk = RunDesk(str(run), "ann", ["--workers=1"], refresh, other=str(other))
     handler = type("Handler", (DeskHandler,), {"desk": desk})
     served = Served("painted", "runs/painted", reader(Store.open(run)), {"desk": True})
-    server = server_for([served], "127.0.0.1", 0, base=handler)
+    beside = Served(FOLDER, "runs/before", reader(Store.open(other)))
+    server = server_for([served, beside], "127.0.0.1", 0, base=handler)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     desk.start()
     try:
@@ -60,8 +65,14 @@ def run(painted_town: town.Made, tmp_path_factory: pytest.TempPathFactory) -> Pa
 
 
 @pytest.fixture(scope="module")
-def desk(run: Path) -> Iterator[tuple[RunDesk, str]]:
-    with desk_of(run) as found:
+def before(run: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The run as it is before anybody works on it."""
+    return Path(shutil.copytree(run, tmp_path_factory.mktemp("before") / "before"))
+
+
+@pytest.fixture(scope="module")
+def desk(run: Path, before: Path) -> Iterator[tuple[RunDesk, str]]:
+    with desk_of(run, before) as found:
         yield found
 
 
@@ -137,6 +148,34 @@ def test_seen_and_notes_stay(at_the_desk: Chromium, run: Path) -> None:
     assert (run / "desk/notes.ndjson").read_text().count("\n") == 2
 
 
+def test_what_cannot_be_run_again_cannot_be_pressed_and_says_why(at_the_desk: Chromium) -> None:
+    page = at_the_desk
+    choose(page, town.FLAT)
+    page.run("document.getElementById('desk-tab-reruns').click()")
+    assert cannot_press(page, "desk-rerun") == "No edit waits for a rerun"
+    assert page.run("getComputedStyle(document.getElementById('desk-rerun')).cursor") == "not-allowed"
+    press(page, "desk-reject")
+    page.wait("!document.getElementById('desk-rerun').disabled")
+    page.run("document.querySelector('#desk-edits .undo').click()")
+    page.wait("document.getElementById('desk-rerun').disabled")
+    page.run("document.getElementById('desk-tab-review').click()")
+    filter_by(page, "desk-reason", "no such reason")
+    assert cannot_press(page, "desk-rerun-list") == "No building is in the list"
+    filter_by(page, "desk-reason", "")
+    assert page.run("!document.getElementById('desk-rerun-list').disabled")
+
+
+def cannot_press(page: Chromium, element: str) -> str:
+    """Why; empty where it can be pressed."""
+    return str(page.run(f"((e) => e.disabled ? e.title : '')(document.getElementById({element!r}))"))
+
+
+def filter_by(page: Chromium, field: str, words: str) -> None:
+    page.run(
+        f"((e) => {{ e.value = {words!r}; e.dispatchEvent(new Event('input')); }})(document.getElementById({field!r}))"
+    )
+
+
 def rerun(page: Chromium, jobs: int) -> None:
     """By its key; until the new models are shown."""
     page.run("cityflowView.city.former && (cityflowView.city.former.isSeen = true); document.activeElement.blur()")
@@ -172,10 +211,82 @@ def test_a_building_is_corrected_made_again_and_the_edit_undone(
     assert page.run("cityflowView.city.former.tiles.group.visible && !cityflowView.city.tiles.group.visible")
     page.key("b")
     assert page.run("!cityflowView.city.former.tiles.group.visible && cityflowView.city.tiles.group.visible")
+    compare_with_the_run_before(page)
     page.run("document.querySelector('#desk-edits .undo').click()")
     page.wait("cityflowView.desk.state.pending === 1 && !cityflowView.desk.state.edits.length")
     rerun(page, 2)
     assert unit_height(page, town.FLAT) == pytest.approx(height, abs=0.01)
+
+
+def compare_with_the_run_before(page: Chromium) -> None:
+    """One house is gone since: it stands on the left of the line alone, and the table says so."""
+    page.run(f"cityflowView.stage.look({json.dumps(FROM)}, {json.dumps(AT)}); document.activeElement.blur()")
+    page.key("c")
+    page.wait(f"document.querySelector('#compare-table tr[data-unit={json.dumps(town.FLAT)}]')")
+    page.wait(READY)
+    rows = page.run(
+        "[...document.querySelectorAll('#compare-table tbody tr')].map((e) => [e.dataset.unit, e.dataset.kind])"
+    )
+    assert [town.FLAT, "gone"] in rows
+    assert [kind for _, kind in rows if kind in ("new", "gone", "altered")] == ["gone"]
+    assert page.run("cityflowView.compare.choice.value") == "run"
+    places = over(town.FLAT, town.TOPS[town.FLAT], margin=2.0)
+    # behind the others there is ground with the colour of the roof
+    roof = on_page(page, places[places[:, 1] > town.OUTLINES[town.FLAT].centroid.y])
+    with page.drawn(coarse=1):
+        left = shown_with_line(page, 1.0)
+        right = shown_with_line(page, 0.0)
+        part = float(roof[:, 0].mean() - page.run("cityflowView.stage.canvas.getBoundingClientRect().left"))
+        half = shown_with_line(page, part / page.run("cityflowView.stage.size[0]"))
+    red = np.array(town.COLOURS[town.FLAT])
+    is_red = {
+        name: np.abs(colours_at(p, roof) - red).max(axis=1) < 40
+        for name, p in (("left", left), ("right", right), ("half", half))
+    }
+    assert is_red["left"].mean() > 0.9
+    assert not is_red["right"].any()
+    beside = np.abs(roof[:, 0] - roof[:, 0].mean()) > 25
+    assert (is_red["half"] == (roof[:, 0] < roof[:, 0].mean()))[beside].mean() > 0.9, "it ends at the line"
+    page.run("document.getElementById('compare-line').focus()")
+    page.key("ArrowRight")
+    assert page.run("cityflowView.compare.at") == pytest.approx(part / page.run("cityflowView.stage.size[0]") + 0.02)
+    page.run("document.activeElement.blur()")
+    page.key("c")
+    assert page.run("cityflowView.stage.split === null && cityflowView.city.tiles.group.visible")
+
+
+FROM, AT = (-63, -60, 55), (-63, -14, 10)
+"""In the page's frame: from the south, the flat house in the middle."""
+
+
+def shown_with_line(page: Chromium, at: float) -> ByteArray:
+    page.run(f"cityflowView.compare.part({at})")
+    page.wait(READY)
+    page.run("document.querySelectorAll('#compare-line, #panel').forEach((e) => (e.style.visibility = 'hidden'))")
+    picture = page.picture()
+    page.run("document.querySelectorAll('#compare-line, #panel').forEach((e) => (e.style.visibility = ''))")
+    return picture
+
+
+def test_a_candidate_stands_beside_the_model_that_was_kept(at_the_desk: Chromium) -> None:
+    page = at_the_desk
+    choose(page, town.GABLE)
+    page.wait("[...document.querySelectorAll('#compare-with option')].some((e) => e.value === 'method extruded')")
+    page.run(
+        "((e) => { e.value = 'method extruded'; e.dispatchEvent(new Event('change')); })(document.getElementById('compare-with'))"
+    )
+    page.wait(
+        "cityflowView.compare.group?.children.length === 1 && document.getElementById('compare-told').textContent"
+    )
+    page.wait(READY)
+    assert "roof" in page.run("document.getElementById('compare-told').textContent")
+    top = page.run(
+        "(({ geometry, position }) => (geometry.computeBoundingBox(), geometry.boundingBox.max.z + position.z))"
+        "(cityflowView.compare.group.children[0])"
+    )
+    assert top < unit_height(page, town.GABLE) - 0.5, "a block ends below the ridge"
+    choose(page, "double.901150_4600350")
+    assert page.run("cityflowView.stage.split === null"), "another building was chosen"
 
 
 HEIGHT = """((unit) => {
@@ -334,6 +445,7 @@ def test_without_the_token_everything_is_seen_and_nothing_changes(
     browser.open(f"{desk[1]}#camera={SOUTH}", AT_THE_DESK)
     browser.run("document.getElementById('desk-tab-watch').click()")
     assert browser.run("document.getElementById('desk-map').checkVisibility()")
+    assert "token" in cannot_press(browser, "desk-rerun")
     choose(browser, town.FLAT)
     press(browser, "desk-reject")
     browser.wait("document.getElementById('status').textContent.includes('token')")

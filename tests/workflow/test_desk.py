@@ -3,27 +3,36 @@
 from __future__ import annotations
 
 import json
+import shutil
 import threading
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from browser import painted_run as town
 from cityflow.core.building import Status
+from cityflow.core.reference import Reference
 from cityflow.core.verdicts import Verdict
 from cityflow.errors import CityflowError, RunError
+from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.io.tables.edits_gpkg import read_edits
+from cityflow.runs.asked import read_asked
+from cityflow.runs.current import known_records
 from cityflow.runs.desk_notes import NOTES
 from cityflow.runs.run_folder import open_run
 from cityflow.viewer.desk_server import Refusal
 from cityflow.viewer.review_list import worth_of
 from cityflow.workflow import desk_rerun
 from cityflow.workflow.desk import RunDesk
+from cityflow.workflow.desk_compare import Others
 from cityflow.workflow.desk_rerun import Jobs, Stand
+from cityflow.workflow.former_state import begin_update
 from small_pictures import draw_small
 
 HALVES = ("double.901150_4600350", "double.901250_4600350")
@@ -74,6 +83,51 @@ def test_the_list_begins_with_what_is_worth_a_look(desk: RunDesk) -> None:
     assert rows[0]["reason"]
     assert {r["tile"] for r in rows} == {"900_4600", "901_4600", "_"}, "a refused outline belongs to no tile"
     assert all(r["reason"] or r["verdict"] == Verdict.GOOD for r in rows)
+
+
+def test_another_run_and_the_state_before_an_update_are_compared(desk: RunDesk, folder: Path, tmp_path: Path) -> None:
+    assert read(desk, "others") == []
+    with Ledger.open(desk.store) as ledger:
+        records = known_records(desk.run, ledger, read_asked(desk.store, ledger))
+        update = begin_update(desk.run, records, desk.run, is_whole=True)
+    try:
+        (former,) = read(desk, "others")
+        assert former["title"].startswith("before update 1: Painted town")
+        found = read(desk, "differences", of=former["key"])
+        assert (found["rows"], found["untouched"]) == ([], 5), "nothing has changed since"
+        models = {
+            m["id"]: np.array(m["corners"]).reshape(-1, 3)
+            for m in read(desk, "former", of=former["key"], tile="900_4600")
+        }
+        assert np.ptp(models[town.FLAT][:, 2]) == pytest.approx(town.TOPS[town.FLAT] - town.GROUND, abs=0.1)
+        assert read(desk, "former", of=former["key"], tile="../1") == []
+        for key in ("run", "update-7", "update-../1"):
+            with pytest.raises(RunError, match="nothing to compare with"):
+                desk.read("differences", {"of": key})
+    finally:
+        desk.store.remove(update.folder)
+
+
+def test_a_run_of_another_place_is_refused(folder: Path, tmp_path: Path) -> None:
+    other = Path(shutil.copytree(folder, tmp_path / "other"))
+    desk = RunDesk(str(folder), "ann", [], lambda: None, other=str(other))
+    assert read(desk, "others") == [{"key": "run", "title": "other", "base": "../with/view/"}]
+    found = read(desk, "differences", of="run")
+    assert (found["rows"], found["untouched"]) == ([], 5)
+    far = replace(desk.run, catalog=replace(desk.run.catalog, reference=Reference("EPSG:25832", 25832, None, "UTM 32")))
+    with pytest.raises(RunError, match="the run in UTM 32"):
+        Others(lambda: far, desk.list, str(other))
+
+
+def test_a_candidate_is_shown_beside_the_model(desk: RunDesk) -> None:
+    found = read(desk, "candidate", unit=town.GABLE, method="extruded")
+    (model,) = found["models"]
+    z = np.array(model["corners"]).reshape(-1, 3)[:, 2]
+    assert np.ptp(z) < town.TOPS[town.GABLE] - town.GROUND - 0.5, "a block ends below the ridge"
+    assert len(model["colours"]) == len(z), "one for each triangle"
+    assert "altered over" in found["what"]
+    with pytest.raises(RunError, match="no model by 'none'"):
+        desk.read("candidate", {"unit": town.GABLE, "method": "none"})
 
 
 def test_an_edit_is_one_of_the_run_at_once_and_an_undo_takes_it_back(desk: RunDesk, folder: Path) -> None:

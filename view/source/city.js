@@ -19,9 +19,10 @@ export class City {
    * @param {object} about data/city.json
    * @param {Units} units tables of buildings
    * @param {{camera, renderer, scene, changed: () => void}} stage
+   * @param {string} base of the page's files, where they are those of another run
    */
-  constructor(about, units, stage) {
-    Object.assign(this, { about, units, stage });
+  constructor(about, units, stage, base = '') {
+    Object.assign(this, { about, units, stage, base });
     this.mode = 'photographs';
     this.set = about.sets.rectified ? 'rectified' : 'raw';
     this.isDivided = true;
@@ -50,6 +51,22 @@ export class City {
     this.#dispose();
     this.#forgetFormer();
     this.#begin();
+  }
+
+  /** Let go of everything. */
+  end() {
+    this.#dispose();
+    this.#forgetFormer();
+    this.tiles = null;
+  }
+
+  /** Drawn for a moment without 'buildings', or without the 'chosen' one alone; null: with all that is shown. */
+  without(what) {
+    for (const model of this.models.values()) {
+      model.scene.visible = this.shown[model.part] && !(what === 'buildings' && model.part === what);
+      for (const { material } of model.meshes) material.uniforms.leftOut.value = what === 'chosen' ? 1 : 0;
+      for (const lines of model.creases ?? []) lines.visible = model.isPlain && !(what === 'chosen' && model.rows.has(this.selected));
+    }
   }
 
   /** The run has other models now. Those of before stay in sight until the new ones are there, and are kept. */
@@ -96,7 +113,7 @@ export class City {
   }
 
   #begin() {
-    const tiles = new TilesRenderer(`../${this.about.sets[this.set]}`);
+    const tiles = new TilesRenderer(`${this.base}../${this.about.sets[this.set]}`);
     const loader = new GLTFLoader(tiles.manager);
     loader.register((parser) => new TablesPlugin(parser));
     tiles.manager.addHandler(/\.(gltf|glb)$/g, loader);
@@ -132,7 +149,7 @@ export class City {
     this.tiles?.update();
     if (this.selected !== null && !this.edges) this.#outline();
     if (!this.isLoading) this.stage.isBlank = false;
-    byId('loading').hidden = this.models.size > 0 || !this.isLoading;
+    if (!this.base) byId('loading').hidden = this.models.size > 0 || !this.isLoading;
   }
 
   get isLoading() {
@@ -286,6 +303,7 @@ export class City {
       model.meshes.forEach((mesh, i) => mesh.add(model.creases[i]));
     }
     for (const lines of model.creases ?? []) lines.visible = isPlain;
+    model.isPlain = isPlain;
   }
 
   #paint(model) {

@@ -17,6 +17,7 @@ attribute float surfaceClass;
 attribute vec3 _uvd;
 #endif
 uniform float selected;
+uniform float leftOut;
 uniform vec3 plain;
 uniform vec3 classColours[8];
 uniform sampler2D unitColours;
@@ -53,7 +54,10 @@ void main() {
   shade = texelFetch(unitColours, ivec2(int(_feature_id_0 + 0.5), 0), 0).rgb * light;
 #endif
 #ifdef HAS_SELECTION
-  if (abs(_feature_id_0 - selected) < 0.5) shade = -shade;
+  if (abs(_feature_id_0 - selected) < 0.5) {
+    shade = -shade;
+    if (leftOut > 0.5) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  }
 #endif
 }`;
 
@@ -100,6 +104,7 @@ export function materialFor(mesh, shared) {
       page: { value: page },
       plain: { value: plainOf(mesh, attributes) },
       selected: { value: -1 },
+      leftOut: { value: 0 },
       classColours: shared.classColours,
       unitColours: { value: shared.unitColours },
     },

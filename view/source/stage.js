@@ -42,6 +42,7 @@ export class Stage {
     this.afterMove = [];
     this.frames = 0;
     this.isBlank = true;
+    this.split = null;
     this.isFlying = false;
     this.pressed = new Set();
     this.isWaiting = false;
@@ -204,8 +205,22 @@ export class Stage {
     // an empty picture costs as much as a full one, and keeps the first tiles waiting
     if (this.isBlank) return;
     if (!this.frames) this.canvas.classList.remove('blank');
-    this.renderer.render(this.scene, this.camera);
+    if (this.split) this.#renderBoth(this.split);
+    else this.renderer.render(this.scene, this.camera);
     this.frames += 1;
+  }
+
+  /** Two states by the same camera: `at` is the share of the width at which the one ends, `show` makes either visible. That of now comes last, and stays. */
+  #renderBoth({ at, show }) {
+    const [width, height] = this.size;
+    const middle = Math.round(at * width);
+    this.renderer.setScissorTest(true);
+    for (const [isOther, left, wide] of [[true, 0, middle], [false, middle, width - middle]]) {
+      show(isOther);
+      this.renderer.setScissor(left, 0, wide, height);
+      this.renderer.render(this.scene, this.camera);
+    }
+    this.renderer.setScissorTest(false);
   }
 
   #ahead() {

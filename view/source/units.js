@@ -4,8 +4,9 @@ import { json } from './data.js';
 const MOST_FOUND = 30;
 
 export class Units {
-  /** @param {object} root data/index.json: a row for each tile, where each part of the sorted ids begins, where the city ends */
-  constructor(root) {
+  /** @param {object} root data/index.json: a row for each tile, where each part of the sorted ids begins, where the city ends @param {string} base of the files */
+  constructor(root, base = '') {
+    this.base = base;
     this.renew(root);
     this.reading = 0;
   }
@@ -29,7 +30,7 @@ export class Units {
     if (!this.names.has(tile)) return { failures: [], cuts: [] };
     this.reading += 1;
     try {
-      const { fields, rows, failures, cuts } = await json(`data/index/${encodeURIComponent(tile)}.json`);
+      const { fields, rows, failures, cuts } = await json(`${this.base}data/index/${encodeURIComponent(tile)}.json`);
       for (const unit of asObjects(fields, rows)) this.byId.set(unit.id, unit);
       return { failures, cuts: asObjects(cuts.fields, cuts.rows) };
     } finally {
@@ -74,7 +75,7 @@ export class Units {
   async #part(number) {
     this.reading += 1;
     try {
-      return await json(`data/ids/${number}.json`);
+      return await json(`${this.base}data/ids/${number}.json`);
     } finally {
       this.reading -= 1;
     }

@@ -18,6 +18,9 @@ def desk(
     host: Annotated[
         str, typer.Option(help="Address that the desk is reached at; another one than this machine's own opens the RUN to the network")
     ] = "127.0.0.1",
+    other: Annotated[
+        str, typer.Option("--with", metavar="OTHER", help="Another run of the same place: both in one scene, with a table of differences")
+    ] = "",
     name: Annotated[str, typer.Option(help="Your name beside edits and notes; default: that of the account")] = "",
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open it in the browser")] = True,
     scheduler: SchedulerOption = "",
@@ -26,17 +29,18 @@ def desk(
     allow_outside: OutsideOption = False,
 ) -> None:  # fmt: skip
     """Work on a run in the browser: watch it, review its buildings, correct and rerun them."""
-    look_at_run(run_url)
+    for url in (run_url, other) if other else (run_url,):
+        look_at_run(url)
     look_at_scheduler(scheduler)
     from getpass import getuser
 
-    from cityflow.workflow.serve import desk_run
+    from cityflow.workflow.serve import AtDesk, desk_run
 
     options_of_reruns = [
         *([f"--scheduler={scheduler}"] if scheduler else []), *([f"--workers={workers}"] if workers else []),
         *(["--trust"] if trust else []), *(["--allow-outside"] if allow_outside else []),
     ]  # fmt: skip
-    desk_run(run_url, name or getuser(), options_of_reruns, host, port, browser, options.console)
+    desk_run(run_url, AtDesk(name or getuser(), options_of_reruns, other), host, port, browser, options.console)
 
 
 def view(

@@ -18,6 +18,7 @@ from cityflow.reporting.epoch import epoch_rows, unlisted_tiles
 from cityflow.runs.current import CurrentRecords
 from cityflow.runs.prepare import Prepared
 from cityflow.viewer.changes_page import ChangeRow, ChangesPage, changes_page
+from cityflow.viewer.picture import Picture
 
 PICTURED = 200
 """Changes with pictures, of 50 kB each; the table has all."""
@@ -49,7 +50,42 @@ def write_change_report(
     ----------
     page : what the page says of surveys and failures;  folder : of the RUN, for the files
     """
-    parameters = run.workflow.city.changes
+    parameters, survey = run.workflow.city.changes, run.source().survey
+    found = compare_states(run, records, former)
+    changes = found.changes
+    shown = tuple(
+        change_row(c, found.tiles, tuple(change_pictures(run.store, survey, c)) if k < PICTURED else ())
+        for k, c in enumerate(changes.found)
+    )
+    page = replace(
+        page, rows=shown, compared=changes.compared, untouched=found.untouched, without_model=changes.without_model, offset_m=changes.offset_m,
+        scatter_m=changes.scatter_m, rules=_rules(parameters), unclear=found.unclear,
+    )  # fmt: skip
+    run.store.write_bytes(f"{folder}/{LAYER}", write_geopackage([_layer(changes, shown)], run.catalog.reference))
+    run.store.write_bytes(f"{folder}/{FIGURES}", _json(page, parameters))
+    run.store.write_bytes(f"{folder}/{PAGE}", changes_page(page))
+    return page
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A run and an earlier or another state of it.
+
+    Attributes
+    ----------
+    tiles : ground tile of every building that was compared
+    untouched : how many have the same outline and model
+    unclear : names of buildings that may well have stood, or stand, in a tile where nobody knows which do
+    """
+
+    changes: Changes
+    tiles: Mapping[str, str]
+    untouched: int
+    unclear: tuple[str, ...]
+
+
+def compare_states(run: Prepared, records: CurrentRecords, former: FormerState) -> Comparison:
+    """What became of every building since the former state; only those that are not the same are held."""
     states, same = {row.id: _state(row) for row in former.rows()}, set[str]()
 
     def is_other(row: EpochRow) -> bool:
@@ -62,20 +98,9 @@ def write_change_report(
     tiles = {row.id: row.tile for row in (*before, *after)}
     every, lost = pair_up([_unit(row) for row in before], [_unit(row) for row in after]), unlisted_tiles(run, records)
     is_unclear = [_is_unclear(p, tiles, (former.unlisted, lost)) for p in every]
-    changes = changes_of([p for p, skip in zip(every, is_unclear, strict=True) if not skip], parameters)
-    survey = run.source().survey
-    shown = tuple(
-        _row(c, tiles, tuple(change_pictures(run.store, survey, c)) if k < PICTURED else ())
-        for k, c in enumerate(changes.found)
-    )
-    page = replace(
-        page, rows=shown, compared=changes.compared, untouched=len(same), without_model=changes.without_model, offset_m=changes.offset_m,
-        scatter_m=changes.scatter_m, rules=_rules(parameters), unclear=tuple(sorted(_name(p) for p, skip in zip(every, is_unclear, strict=True) if skip)),
-    )  # fmt: skip
-    run.store.write_bytes(f"{folder}/{LAYER}", write_geopackage([_layer(changes, shown)], run.catalog.reference))
-    run.store.write_bytes(f"{folder}/{FIGURES}", _json(page, parameters))
-    run.store.write_bytes(f"{folder}/{PAGE}", changes_page(page))
-    return page
+    changes = changes_of([p for p, skip in zip(every, is_unclear, strict=True) if not skip], run.workflow.city.changes)
+    unclear = tuple(sorted(_name(p) for p, skip in zip(every, is_unclear, strict=True) if skip))
+    return Comparison(changes, tiles, len(same), unclear)
 
 
 def told_changes(store: Store) -> list[tuple[str, str]]:
@@ -106,7 +131,8 @@ def _unit(row: EpochRow) -> EpochUnit:
     return EpochUnit(row.id, row.footprint, row.building, row.outline_sigma_m)
 
 
-def _row(change: Change, tiles: Mapping[str, str], pictures: tuple) -> ChangeRow:  # type: ignore[type-arg]
+def change_row(change: Change, tiles: Mapping[str, str], pictures: tuple[Picture, ...] = ()) -> ChangeRow:
+    """One line of the table, figures to the millimetre."""
     figures = {key: None if value is None else round(value, 3) for key, value in asdict(change.figures).items()}
     after, before = (u.id if u is not None else "" for u in (change.after, change.before))
     return ChangeRow(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from math import fsum
@@ -84,13 +84,19 @@ PRODUCTS = {
 }
 
 
-def write_run_report(run: Prepared, records: CurrentRecords, named: str = "") -> str:
+def write_run_report(
+    run: Prepared, records: CurrentRecords, named: str = "", shown: Callable[[], object] | None = None
+) -> str:
     """Write report.json, report.html, the pages of single buildings and the view in the browser; returns where the report's page stands.
 
     Parameters
     ----------
     named : how commands shall name the run; empty: by its full path
+    shown : is called as soon as the view shows the city, which is written first then; None: the view comes last
     """
+    if shown is not None:
+        write_run_view(run, records, report_data(records.checking(run), records, pictured=False))
+        shown()
     data = write_report_files(run, records, named)
     write_run_view(run, records, data)
     return run.store.url("report.html")
@@ -171,8 +177,8 @@ def with_settings(run: Prepared, settings: Sequence[str]) -> Prepared:
     return replace(run, workflow=checked(tree, where="--set")) if settings else run
 
 
-def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
-    """All that the report shows, from the newest record of every task."""
+def report_data(run: Prepared, records: CurrentRecords, *, pictured: bool = True) -> ReportData:
+    """All that the report shows, from the newest record of every task; pictures of the city take most of the time."""
     reference = run.catalog.reference
     unit_stages = (reconstruct.NAME,)
     survey = run.source().survey
@@ -196,7 +202,7 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         waiting=city.waiting,
         whole=city.figures,
         districts=summed.rows() if large or summed.has_districts else (),
-        pictures=run_pictures(run.store, survey, city.shown, records, run.workflow.city.report),
+        pictures=run_pictures(run.store, survey, city.shown, records, run.workflow.city.report) if pictured else (),
         images=image_figures(survey, records, run.area),
         orientation=_orientation(run),
         checkpoints=checkpoint_rows(run.store),

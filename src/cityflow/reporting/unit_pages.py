@@ -95,8 +95,8 @@ def write_pages(
 
 
 def _page(store: Store, survey: Survey, unit: UnitRow, record: Record, crops: Crops) -> UnitPage:
-    solids = _candidates(store, record)
-    shown = _shown(store, record, solids)
+    solids = candidates_of(store, record)
+    shown = shown_model(store, record, solids)
     heights = _heights(survey, unit, shown)
     return UnitPage(
         unit, "", reconstruct.NAME,
@@ -106,13 +106,14 @@ def _page(store: Store, survey: Survey, unit: UnitRow, record: Record, crops: Cr
     )  # fmt: skip
 
 
-def _candidates(store: Store, record: Record) -> dict[str, Building]:
+def candidates_of(store: Store, record: Record) -> dict[str, Building]:
+    """The solid of each method that gave one, by the method's name."""
     paths = [p for p in record.outputs if p.endswith(f"/{reconstruct.CANDIDATES}")]
     lines = store.read_bytes(paths[0]).splitlines() if paths and store.exists(paths[0]) else []
     return {b.id: b for b in map(read_feature, lines) if Lod.LOD22 in b.solids}
 
 
-def _shown(store: Store, record: Record, candidates: Mapping[str, Building]) -> Building | None:
+def shown_model(store: Store, record: Record, candidates: Mapping[str, Building]) -> Building | None:
     """The model that the run kept, else the candidate of the least penalty."""
     hulls = [p for p in record.outputs if p.endswith(HULL)]
     if hulls and store.exists(hulls[0]):

@@ -49,7 +49,7 @@ def server_for(
 
     Parameters
     ----------
-    runs : one, whose files stand at the root; or several, each below its name
+    runs : the first one's files stand at the root, those of others below their names; with `start` those of each below its name
     start : makes the page from which several are reached
     base : answers requests, where more than files is asked for
 
@@ -75,7 +75,7 @@ def _handler(
     class Handler(base):  # type: ignore[misc, valid-type]  # chosen by the caller
         pass
 
-    Handler.runs = {r.name if start else "": r for r in runs}
+    Handler.runs = {r.name if start or k else "": r for k, r in enumerate(runs)}
     Handler.start = None if start is None else staticmethod(start)
     return Handler
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import queue
 import secrets
 import threading
 import time
@@ -32,38 +31,17 @@ from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import open_run
 from cityflow.survey.survey import Survey
 from cityflow.viewer.desk_server import Answer, Refusal
+from cityflow.workflow.desk_compare import Others
+from cityflow.workflow.desk_listeners import Listeners
 from cityflow.workflow.desk_pictures import Pictures
 from cityflow.workflow.desk_places import Places, shape_of
 from cityflow.workflow.desk_rerun import Job, Jobs, Stand
+from cityflow.workflow.desk_warm import Warm
 from cityflow.workflow.desk_watch import Watch, tiles_of, told_of
 
-HEARD_EVERY_S = 10.0
 MOST_UNITS = 2000
 
 Json = Any
-
-
-@dataclass(slots=True)
-class Listeners:
-    """Pages that hear what happens."""
-
-    queues: list[queue.SimpleQueue[tuple[str, Json]]] = field(default_factory=list)
-
-    def tell(self, name: str, value: Json) -> None:
-        for one in [*self.queues]:
-            one.put((name, value))
-
-    def listen(self) -> Iterator[tuple[str, Json] | None]:
-        own: queue.SimpleQueue[tuple[str, Json]] = queue.SimpleQueue()
-        self.queues.append(own)
-        try:
-            while True:
-                try:
-                    yield own.get(timeout=HEARD_EVERY_S)
-                except queue.Empty:
-                    yield None
-        finally:
-            self.queues.remove(own)
 
 
 @dataclass
@@ -75,6 +53,7 @@ class RunDesk:
     who : whoever started it
     options : of every `cityflow rerun`
     refresh : brings the files of the view up to date
+    other : address of a run that this one is compared with; empty: none
     """
 
     url: str
@@ -82,6 +61,7 @@ class RunDesk:
     options: Sequence[str]
     refresh: Callable[[], None]
     is_open: bool = False
+    other: str = ""
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
     pending: dict[str, Edit] = field(default_factory=dict)
     """Edits, and those that were taken back, which no rerun has carried out."""
@@ -90,21 +70,27 @@ class RunDesk:
         self.run: Prepared = open_run(self.url)
         self.store: Store = self.run.store
         self.list = DeskList(self.store)
+        self.others = Others(lambda: self.run, self.list, self.other)
         self.listeners = Listeners()
         self._lock = threading.RLock()
         self._carried: dict[str, Edit] = {}
-        self.jobs = Jobs(self.store, self.options, lambda job: self.listeners.tell("job", job.as_json()), self._ended)
+        self.warm = Warm(self.options)
+        self.jobs = Jobs(
+            self.store, self.warm.begin, lambda job: self.listeners.tell("job", job.as_json()), self._ended
+        )
         self.watch = Watch(
-            self.store, self._asked_tiles(), lambda news: self.listeners.tell("watch", news), self._refreshed, lambda: bool(self.listeners.queues)
+            self.store, self._asked_tiles(), lambda news: self.listeners.tell("watch", news), self._driver_ended, lambda: bool(self.listeners.queues)
         )  # fmt: skip
 
     def start(self) -> None:
+        self.warm.is_open = True
         self.jobs.start()
         self.watch.start()
 
     def close(self) -> None:
         self.watch.close()
         self.jobs.close()
+        self.warm.close()
 
     def events(self) -> Iterator[tuple[str, Json] | None]:
         return self.listeners.listen()
@@ -115,6 +101,7 @@ class RunDesk:
         answers: Mapping[str, Callable[[Mapping[str, str]], Json]] = {
             "state": self._state, "review": lambda _: self.list.rows(), "outline": self._outline, "standing": self._standing,
             "photographs": lambda q: self._pictures(q).names(), "photograph": lambda q: self._pictures(q).about(q.get("image", "")),
+            **self.others.answers(),
         }  # fmt: skip
         return Answer(json_bytes(finite(answers[name](query)))) if name in answers else None
 
@@ -189,6 +176,7 @@ class RunDesk:
             self.pending[written.name] = written
             if former is not None:
                 self.pending[f"{former.name} before"] = former
+        self.warm.prepare()
         return self._changed({"edit": written.name})
 
     def _undo(self, body: Mapping[str, Json]) -> Json:
@@ -245,9 +233,19 @@ class RunDesk:
         if job.stand is not Stand.WITHDRAWN:
             self._refreshed()
 
+    def _driver_ended(self) -> None:
+        """The view of what another driver has made is written here; a rerun from here writes it itself."""
+        if not self.jobs.is_at_work:
+            self._refreshed()
+
+    def _shown(self) -> None:
+        self.others.forget()
+        self.listeners.tell("changed", {})
+
     def _refreshed(self) -> None:
         try:
             self.run = open_run(self.url)
+            self.others.forget()
             self.refresh()
         except (CityflowError, OSError) as error:
             self.listeners.tell("trouble", {"text": str(error)})

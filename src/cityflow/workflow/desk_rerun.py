@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 import threading
 import time
 from collections import deque
@@ -15,6 +14,7 @@ from typing import Any
 
 from cityflow.flow.exclusive import is_held
 from cityflow.flow.store import Store
+from cityflow.workflow.run_part import SHOWN
 
 LINES_KEPT = 30
 LOOK_EVERY_S = 0.5
@@ -68,16 +68,22 @@ class Job:
 
 @dataclass
 class Jobs:
-    """The queue. `tell` hears of every change of a job, `ended` of its end before that is told; `options` come behind each command."""
+    """The queue. `begin` starts `cityflow` with some words; `tell` hears of every change of a job, `ended` of its end before that is told, `shown` that the
+    view shows what was made."""
 
     store: Store
-    options: Sequence[str]
+    begin: Callable[[Sequence[str]], subprocess.Popen[str]]
     tell: Callable[[Job], None]
     ended: Callable[[Job], None]
+    shown: Callable[[], None] = lambda: None
     jobs: list[Job] = field(default_factory=list)
     _lock: threading.Condition = field(default_factory=threading.Condition)
     _process: subprocess.Popen[str] | None = None
     _is_closed: bool = False
+
+    @property
+    def is_at_work(self) -> bool:
+        return any(job.stand is Stand.AT_WORK for job in self.jobs)
 
     def start(self) -> None:
         threading.Thread(target=self._work, daemon=True, name="reruns").start()
@@ -138,10 +144,7 @@ class Jobs:
 
     def _run(self, job: Job, command: Sequence[str], begun: float) -> int:
         """Exit code of one process; what it prints is told line by line."""
-        words = [sys.executable, "-m", "cityflow", "rerun", self.store.root, *command, "--verbose", *self.options]
-        process = subprocess.Popen(
-            words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, text=True, errors="replace", start_new_session=True
-        )  # fmt: skip
+        process = self.begin(["rerun", self.store.root, *command, "--verbose"])
         with self._lock:
             self._process = process
         assert process.stdout is not None
@@ -150,4 +153,6 @@ class Jobs:
                 job.lines.append(line.rstrip())
                 job.seconds = time.monotonic() - begun
                 self.tell(job)
+            if line.strip() == SHOWN:
+                self.shown()
         return process.wait()

@@ -68,10 +68,18 @@ def last_update(store: Store) -> Update | None:
     RunError
         Its note is damaged.
     """
-    numbers = sorted(int(n) for n in store.folders(UPDATES) if n.isdecimal() and store.exists(_note(int(n))))
-    if not numbers:
-        return None
-    path = _note(numbers[-1])
+    numbers = update_numbers(store)
+    return read_update(store, numbers[-1]) if numbers else None
+
+
+def update_numbers(store: Store) -> list[int]:
+    """Of all updates of a RUN, the first one first."""
+    return sorted(int(n) for n in store.folders(UPDATES) if n.isdecimal() and store.exists(_note(int(n))))
+
+
+def read_update(store: Store, number: int) -> Update:
+    """One of them. Raises RunError where its note is damaged."""
+    path = _note(number)
     try:
         tree = json.loads(store.read_bytes(path))
         if "done" in tree:  # as version 1 wrote it
@@ -106,7 +114,7 @@ def begin_update(run: Prepared, records: CurrentRecords, new: Prepared, *, is_wh
     update = Update(number, former, now, catalog, digest, run.catalog.title, date, unlisted)
     store.remove(update.folder)  # an earlier one that died before the RUN changed
     for tile, rows in epoch_rows(run, records):
-        store.write_bytes(f"{update.folder}/former/{tile}.ndjson", encode_epoch(rows))
+        store.write_bytes(f"{former_folder(update)}/{tile}.ndjson", encode_epoch(rows))
     return note_update(store, update)
 
 
@@ -128,10 +136,15 @@ def former_state(store: Store, update: Update) -> FormerState:
     """The buildings before."""
 
     def rows() -> Iterator[EpochRow]:
-        for _, data in store.read_many(store.find(f"{update.folder}/former")):
+        for _, data in store.read_many(store.find(former_folder(update))):
             yield from decode_epoch(data)
 
     return FormerState(rows, frozenset(update.former_unlisted))
+
+
+def former_folder(update: Update) -> str:
+    """Where the buildings before lie, a file for each ground tile."""
+    return f"{update.folder}/former"
 
 
 def _note(number: int) -> str:

@@ -46,6 +46,7 @@ BUILDINGS = "reconstruct"
 REPORTED = 2000
 """Buildings up to which report and view, which show the whole city, are made anew: a few seconds."""
 TASKS_NAMED = 12
+SHOWN = "The view shows what was made; the report follows."
 
 
 @dataclass
@@ -119,7 +120,8 @@ def execute_part(
         noted = note_part(wanted, ledger, asked, followed.part)
         if ledger.tally(BUILDINGS).records <= REPORTED:
             noted = noted or note_asked(wanted, ledger)
-            report = write_run_report(wanted, noted_records(noted, ledger))
+            shown = None if talk is Talk.QUIET else lambda: console.print(SHOWN, soft_wrap=True)
+            report = write_run_report(wanted, noted_records(noted, ledger), shown=shown)
             if talk is not Talk.QUIET:
                 print_summary(standing_of(wanted.store, noted, ledger, wanted.store.root), report, console)
         elif talk is not Talk.QUIET:

@@ -8,6 +8,7 @@ import shlex
 import sys
 import webbrowser
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from http.server import ThreadingHTTPServer
 from itertools import chain, count
@@ -30,6 +31,7 @@ from cityflow.viewer.desk_server import DeskHandler
 from cityflow.viewer.server import Read, Served, is_local, server_for
 from cityflow.viewer.view_page import PAGE, STATIC, static
 from cityflow.workflow.desk import RunDesk
+from cityflow.workflow.desk_compare import FOLDER
 
 HOST = "127.0.0.1"
 
@@ -56,22 +58,34 @@ def view_runs(urls: Sequence[str], port: int, with_browser: bool, console: Conso
     _served(server, address, with_browser, console)
 
 
-def desk_run(
-    url: str, who: str, options: Sequence[str], host: str, port: int, with_browser: bool, console: Console
-) -> None:  # fmt: skip
-    """Serve the desk of a run until Ctrl+C. `options`: of every `cityflow rerun`.
+@dataclass(frozen=True, slots=True)
+class AtDesk:
+    """Who works at a desk, and with what: `options` of every `cityflow rerun`; `other`: address of a run to compare with, empty: none."""
+
+    who: str
+    options: Sequence[str] = ()
+    other: str = ""
+
+
+def desk_run(url: str, at: AtDesk, host: str, port: int, with_browser: bool, console: Console) -> None:
+    """Serve the desk of a run until Ctrl+C.
 
     Raises
     ------
     RunError
-        It is no run, or the place is taken.
+        It is no run, or the place is taken, or the two cannot be compared.
     """
-    bring_up_to_date(url, console)
-    desk = RunDesk(url, who, options, partial(bring_up_to_date, url, Console(quiet=True)), not is_local(host))
-    served = Served("run", shlex.quote(url), reader(Store.open(url)), {"desk": True})
+    for one in (url, at.other) if at.other else (url,):
+        bring_up_to_date(one, console)
+    desk = RunDesk(
+        url, at.who, at.options, partial(bring_up_to_date, url, Console(quiet=True)), not is_local(host), at.other
+    )
+    served = [Served("run", shlex.quote(url), reader(Store.open(url)), {"desk": True})]
+    if at.other:
+        served.append(Served(FOLDER, shlex.quote(at.other), reader(Store.open(at.other))))
     handler = type("Handler", (DeskHandler,), {"desk": desk})
     try:
-        server = server_for([served], host, port, base=handler)
+        server = server_for(served, host, port, base=handler)
     except OSError as error:
         raise _taken(host, port, error) from error
     address = f"http://{host}:{server.server_address[1]}/view/index.html?token={desk.token}"

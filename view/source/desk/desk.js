@@ -2,6 +2,7 @@
 import { forget, json } from '../data.js';
 import { byId, element, say } from '../elements.js';
 import { Before } from './before.js';
+import { Compare } from './compare.js';
 import { Corrections } from './correct.js';
 import { Drawing } from './draw.js';
 import { Interface } from './interface.js';
@@ -10,7 +11,7 @@ import { Reruns } from './reruns.js';
 import { Review } from './review.js';
 import { Watch } from './watch.js';
 
-const TABS = [['review', 'Review'], ['reruns', 'Edits'], ['watch', 'Watch']];
+const TABS = [['review', 'Review'], ['reruns', 'Edits'], ['compare', 'Compare'], ['watch', 'Watch']];
 
 /** The column of the desk, and what it can show without a city: what a driver does. */
 export function openDesk() {
@@ -39,15 +40,17 @@ export async function wireDesk(desk, page) {
   desk.reruns = new Reruns(page, byId('desk-reruns'));
   desk.corrections = new Corrections(page);
   page.photograph = new Photograph(page);
+  page.compare = new Compare(page, byId('desk-compare'));
   page.panel.wired.onopened = (id, unit, known, body) => {
     if (page.photograph.unit !== id) page.photograph.leave();
     desk.corrections.open(id, unit, known, body);
+    page.compare.offer(id, known);
   };
   desk.listen({
     job: (job) => desk.reruns.told(job), state: () => attempt(() => desk.refresh()), watch: (news) => desk.watch.told(news),
     changed: () => (renewal = renewal.then(() => attempt(() => renew(page)))), trouble: ({ text }) => say(text),
   });
-  await Promise.all([desk.refresh(), desk.review.read(), desk.watch.read()]);
+  await Promise.all([desk.refresh(), desk.review.read(), desk.watch.read(), page.compare.read()]);
   if (!desk.token) say('This address has no token: you can look at everything, and change nothing.');
   show('review');
   return page;
@@ -79,10 +82,11 @@ export async function renew(page) {
   // a driver that has ended is told of more than once
   if (about.state === page.about.state) return desk.refresh();
   page.photograph.leave();
+  page.compare.leave();
   Object.assign(page.about, about);
   index.renew(root);
   const shown = layers.renew();
-  await Promise.all([page.before.renew(), desk.review.read(), desk.refresh(), ...shown]);
+  await Promise.all([page.before.renew(), desk.review.read(), desk.refresh(), page.compare.read(), ...shown]);
   const id = city.selected;
   if (id !== null) {
     if (await index.find(id)) await panel.open(id);

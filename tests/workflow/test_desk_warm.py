@@ -1,0 +1,87 @@
+"""Processes that begin before a rerun needs them: it gets its words, its options and the workers that are there."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from cityflow import __version__
+from cityflow.workflow import desk_warm
+from cityflow.workflow.desk_warm import Warm
+
+ADDRESS = "tcp://127.0.0.1:9"
+STAND_IN = f"""
+import sys
+if sys.argv[1:]:
+    print("a line of a library", flush=True)
+    if sys.argv[2] == "13":
+        sys.exit(1)
+    print("{ADDRESS}", flush=True)
+words = sys.stdin.read()
+print("heard", words, flush=True)
+"""
+
+
+@pytest.fixture
+def begun(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[subprocess.Popen[str]]]:
+    """Processes that stand in for those of the desk; all have ended at the end."""
+    found: list[subprocess.Popen[str]] = []
+
+    def waiting(*words: str) -> subprocess.Popen[str]:
+        pipe = subprocess.PIPE
+        found.append(subprocess.Popen([sys.executable, "-c", STAND_IN, *words], stdin=pipe, stdout=pipe, text=True))
+        return found[-1]
+
+    monkeypatch.setattr(desk_warm, "_waiting", waiting)
+    yield found
+    assert all(process.poll() is not None for process in found)
+
+
+def heard(process: subprocess.Popen[str]) -> list[str]:
+    assert process.stdout is not None
+    *_, last = process.stdout.read().splitlines()
+    process.wait(20)
+    return list(json.loads(last.removeprefix("heard ")))
+
+
+def test_a_rerun_gets_the_process_that_waits_and_the_workers_that_are_there(begun: list[subprocess.Popen[str]]) -> None:
+    warm = Warm(["--workers=3", "--trust"], is_open=True)
+    warm.prepare()
+    assert len(begun) == 2
+    warm.prepare()
+    assert len(begun) == 2, "both are there"
+    process = warm.begin(["rerun", "a run", "--unit=-5 7"])
+    assert process is begun[0]
+    assert heard(process) == ["rerun", "a run", "--unit=-5 7", "--trust", f"--scheduler={ADDRESS}"]
+    assert heard(warm.begin(["rerun"])) == ["rerun", "--trust", f"--scheduler={ADDRESS}"], (
+        "a new process, the same workers"
+    )
+    assert len(begun) == 3
+    warm.close()
+    warm.prepare()
+    assert len(begun) == 3, "nothing begins after the end"
+
+
+def test_another_scheduler_has_its_own_workers_and_without_a_head_start_all_goes_on(
+    begun: list[subprocess.Popen[str]],
+) -> None:
+    warm = Warm(["--scheduler=tcp://far:1"], is_open=True)
+    assert heard(warm.begin(["rerun"])) == ["rerun", "--scheduler=tcp://far:1"]
+    warm.close()
+    assert heard(Warm(["--workers=3"]).begin(["rerun"])) == ["rerun", "--workers=3"]
+    unlucky = Warm(["--workers=13"], is_open=True)
+    assert heard(unlucky.begin(["rerun"])) == ["rerun", "--workers=13"], "workers that could not begin"
+    unlucky.close()
+
+
+def test_the_process_that_waits_is_cityflow() -> None:
+    waiting = desk_warm._waiting()
+    text, _ = waiting.communicate(json.dumps(["--version"]), timeout=300)
+    assert (waiting.returncode, text.strip()) == (0, __version__)
+    idle = desk_warm._waiting()
+    assert idle.communicate("", timeout=300)[0] == ""
+    assert idle.returncode == 0
