@@ -22,9 +22,10 @@ from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.catalog_fits import refuse_unfit
 from cityflow.runs.edits_file import with_own_edits
 from cityflow.runs.first_look import DESCRIPTION, RUNS
-from cityflow.runs.known_keys import known_keys, sources_digest
+from cityflow.runs.known_keys import known_keys
 from cityflow.runs.look_at_survey import resolved, unnamed
 from cityflow.runs.overrides import read_overrides
+from cityflow.runs.plan_program import plan_program
 from cityflow.runs.poses_note import SettledPoses
 from cityflow.runs.settings import Workflow, load_workflow
 from cityflow.runs.settled_poses import catalog_in_use, is_refinable, settled_poses
@@ -73,7 +74,7 @@ class Prepared:
 
     def source(self, ledger: Ledger | None = None) -> CitySource:
         """The tasks of the run; `ledger`: its records, for whoever asks what is done."""
-        plans = RunPlans(self.store, DESCRIPTION, sources_digest())
+        plans = RunPlans(self.store, DESCRIPTION, plan_program())
         city = with_own_edits(self.workflow.city, self.store)
         return CitySource(self.catalog, city, self.area, self.overrides, plans, ledger)
 

@@ -57,7 +57,7 @@ class RunPlans:
     Attributes
     ----------
     marker : file that tells that the folder is a RUN
-    program : digest of the program; a plan of another one is found again
+    program : digest of the part of the program that a plan follows from; a plan of another one is found again
     """
 
     store: Store
