@@ -24,10 +24,9 @@ class KeyFilter:
         self._count = 0
         self._bytes = bytearray(bits // 8)
 
-    @property
-    def is_full(self) -> bool:
-        """Whether it has to be made anew, with more room."""
-        return self._count > self._most
+    def has_room(self, more: int) -> bool:
+        """Whether so many keys may be added; else it has to be made anew, with more room."""
+        return self._count + more <= self._most
 
     def add(self, keys: np.ndarray) -> None:
         """(N,) uint64."""

@@ -176,11 +176,13 @@ class Joined:
             self._frames.extend((segment.name, frame) for frame in segment.frames)
             self.names.add(segment.name)
         part = merged(tables)
-        self._filter.add(part.keys)
+        new = part.keys
         while self._parts and len(self._parts[-1]) < 2 * len(part):
             part = merged([self._parts.pop().table, part.table])
         self._parts.append(part)
-        if self._filter.is_full:
+        if self._filter.has_room(len(new)):
+            self._filter.add(new)
+        else:
             self._filter = KeyFilter(sum(map(len, self._parts)))
             for each in self._parts:
                 self._filter.add(each.keys)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,17 +68,42 @@ class Rows:
         return at < len(self.keys) and bool(self.keys[at] == np.uint64(key))
 
     def newest(self, stage: str | None) -> IntArray:
-        """Rows of the table (int64) that are the newest of their unit, of one stage or all."""
+        """Rows of the table (int64) that are the newest of their unit, of one stage or all, in the order of their keys."""
+        if stage is None:
+            return self._newest().astype(np.int64)
+        return self._newest_by_stage.get(stage, np.empty(0, np.int32)).astype(np.int64)
+
+    def _newest(self) -> IntArray:
         last = np.ones(len(self.keys), bool)
         last[:-1] = self.keys[1:] != self.keys[:-1]
-        found = self.order[last].astype(np.int64)
-        if stage is None:
-            return found
-        mask = pc.equal(self.table["stage"], stage).to_numpy()
-        return found[mask[found]]
+        newest: IntArray = self.order[last]
+        return newest
+
+    @cached_property
+    def _newest_by_stage(self) -> dict[str, IntArray]:
+        """Parted once: a command asks for every stage, and a look at all rows for each grows faster than these."""
+        found, (code, stages) = self._newest(), self._stage
+        code = code[found].astype(np.uint16)
+        grouped = np.argsort(code, kind="stable")
+        ends = np.cumsum(np.bincount(code, minlength=len(stages)))
+        return dict(zip(stages, np.split(found[grouped], ends[:-1]), strict=True)) if stages else {}
+
+    @cached_property
+    def _stage(self) -> Words:
+        return words(self.table, "stage")
+
+    @cached_property
+    def _status(self) -> Words:
+        return words(self.table, "status")
+
+    @cached_property
+    def _verdict(self) -> Words:
+        return words(self.table, "verdict")
 
     def overlaid(self, loose: Sequence[Row], newest: IntArray) -> tuple[list[Row], IntArray]:
         """Newest rows of elsewhere and of here (as `newest` gives them), each unit in one of them only: where its later record is."""
+        if not loose:
+            return [], newest
         key, attempt, started = (column(self.table, name)[newest] for name in ("key", "attempt", "started"))
         kept, rows = np.ones(len(newest), bool), []
         wanted = np.array([key_of(quoted(row.stage), quoted(row.unit)) for row in loose], np.uint64)
@@ -98,20 +124,22 @@ class Rows:
         return rows[found != units.all_but]
 
     def kinds(self, rows: IntArray) -> dict[tuple[Status, str], int]:
-        """How many of some rows have which status and verdict."""
-        part = self.table.select(["status", "verdict"]).take(pa.array(rows))
-        plain = pa.table([column.cast(pa.string()) for column in part.columns], names=["status", "verdict"])
-        counted = plain.group_by(["status", "verdict"], use_threads=False).aggregate([([], "count_all")]).to_pylist()
-        return {(Status(found["status"]), found["verdict"]): found["count_all"] for found in counted}
+        """How many of some rows have which status and verdict, in the order in which these are met."""
+        (status, statuses), (verdict, verdicts) = self._status, self._verdict
+        kind = status[rows] * len(verdicts) + verdict[rows]
+        count = np.bincount(kind)
+        met = sorted(np.flatnonzero(count).tolist(), key=lambda k: int(np.argmax(kind == k)))
+        return {(Status(statuses[k // len(verdicts)]), verdicts[k % len(verdicts)]): int(count[k]) for k in met}
 
     def not_done(self, rows: IntArray) -> IntArray:
-        found = pc.not_equal(self.table["status"].take(pa.array(rows)), str(Status.DONE))
-        return rows[found.to_numpy()]
+        status, statuses = self._status
+        return rows[~np.isin(statuses, str(Status.DONE))[status[rows]]] if len(rows) else rows
 
     def figures(self, name: str, rows: IntArray) -> FloatArray:
         """A column of those of some rows that gave a result."""
-        good = pc.is_in(self.table["status"].take(pa.array(rows)), pa.array([str(status) for status in GOOD]))
-        found: FloatArray = column(self.table, name)[rows[good.to_numpy()]]
+        status, statuses = self._status
+        good = rows[np.isin(statuses, GOOD)[status[rows]]] if len(rows) else rows
+        found: FloatArray = column(self.table, name)[good]
         return found
 
     def attempts(self) -> int:
@@ -165,6 +193,21 @@ def column(table: Any, name: str) -> np.ndarray:
     chunked = table[name]
     values: np.ndarray = (chunked.chunk(0) if chunked.num_chunks == 1 else chunked).to_numpy()
     return values
+
+
+class Words(NamedTuple):
+    """A column of few different texts: (N,) numbers of its rows, and the text of each number."""
+
+    code: IntArray
+    texts: list[str]
+
+
+def words(table: Any, name: str) -> Words:
+    """One that says the same thing many times."""
+    found = table[name].combine_chunks()
+    found = found if pa.types.is_dictionary(found.type) else found.dictionary_encode()
+    found = found.combine_chunks() if isinstance(found, pa.ChunkedArray) else found
+    return Words(found.indices.to_numpy(), found.dictionary.to_pylist())
 
 
 def merged(parts: Sequence[Any]) -> Rows:
