@@ -34,6 +34,7 @@ import shapely
 from city_driver import Progress, Scheduler, driven, resident_mb
 from city_scale import OUTLINES_A_SIDE, TILE_M, X, Y
 from cityflow.core.grid import Bounds
+from cityflow.flow.garbage import collect_seldom
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.outputs import Outputs
 from cityflow.flow.some_units import ALL
@@ -203,6 +204,7 @@ def main() -> None:
     given = parser.parse_args()
     # the outputs of the records are no files here
     Outputs.all_there = lambda self, record: True  # type: ignore[method-assign]  # noqa: ARG005
+    collect_seldom()  # as every command does
     town, profile = Town(given.side, given.last), cProfile.Profile()
     if given.step == "drive":
         steps = Steps()

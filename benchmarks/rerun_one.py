@@ -25,6 +25,7 @@ import numpy as np
 import shapely
 
 from city_scale import TILE_M, X, Y, answer, survey
+from cityflow.flow.garbage import collect_seldom
 from cityflow.flow.ledger import SEGMENT, Ledger
 from cityflow.flow.outputs import Outputs
 from cityflow.flow.record_segments import write_segment
@@ -157,7 +158,7 @@ def part(wanted: Prepared, unit: str) -> tuple[Timed, list[str]]:
         assert chosen is not None
         with timed(told, "where they are, once more"):
             _ = (source := wanted.source()).city.tiles
-        with timed(told, "the walk of the tasks"):
+        with timed(told, "the walk of the tasks"), ledger.driven():
             found = CityPart(source, chosen, ledger)
             ran = followed(found, ledger, lambda node: node in chosen.nodes)
         with timed(told, "what was asked for"):
@@ -205,6 +206,7 @@ def main() -> None:
     given = parser.parse_args()
     # the outputs of the records are no files here
     Outputs.all_there = lambda self, record: True  # type: ignore[method-assign]  # noqa: ARG005
+    collect_seldom()  # as every command does
     for side in given.side:
         with tempfile.TemporaryDirectory() as folder:
             begun = time.perf_counter()

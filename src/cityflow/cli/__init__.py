@@ -21,6 +21,7 @@ from cityflow.cli.rasters import raster
 from cityflow.cli.runs import cancel, explain, join, plan, report, rerun, run, status, submit
 from cityflow.cli.surveys import demo, synth
 from cityflow.cli.updates import update
+from cityflow.flow.garbage import collect_seldom
 from cityflow.runs.common_keys import described_common
 from cityflow.runs.known_keys import CITY, SYNTH, described, known_keys
 from cityflow.workflow import completion
@@ -63,6 +64,7 @@ def _version(version: Annotated[bool, typer.Option("--version", help="Print the 
 
 def main() -> None:
     """Entry point: errors that a user can fix become one line on stderr and exit code 1, a full disk too; Ctrl-C becomes 130."""
+    collect_seldom()
     sys.exit(exit_code(app))
 
 

@@ -1,4 +1,4 @@
-"""Python's collection of garbage while a driver runs."""
+"""Python's collection of garbage in commands and while a driver runs."""
 
 from __future__ import annotations
 
@@ -11,13 +11,18 @@ YOUNG = 200_000
 single task. Set by hand."""
 
 
+def collect_seldom() -> None:
+    """From now on, for a process that opens a RUN: a million records make many objects that stay."""
+    gc.set_threshold(max(YOUNG, gc.get_threshold()[0]), *gc.get_threshold()[1:])
+
+
 @contextmanager
 def seldom_collected() -> Iterator[None]:
     """What there is already (modules, catalog, poses) is left alone, and what is new is looked through seldom: nearly all of it goes by itself."""
     before, is_frozen = gc.get_threshold(), gc.get_freeze_count() > 0
     if not is_frozen:
         gc.freeze()
-    gc.set_threshold(max(YOUNG, before[0]), *before[1:])
+    collect_seldom()
     try:
         yield
     finally:
