@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from collections.abc import Mapping
+from operator import itemgetter
 
 from cityflow.flow.draft import Draft
 from cityflow.flow.task import Task
@@ -13,6 +14,9 @@ QUIET = 0.95
 """Share of the tasks measured that took no more than the next is expected to need. A task that takes more asks for more when it does (`flow.room`)."""
 STEP = 1.05
 """Measured memory is counted in steps of this ratio: a million tasks take no more room than a hundred."""
+
+BYTES = itemgetter(0)
+"""Of what is known of a file (`flow.damage.Written`)."""
 
 
 class MemoryNeeds:
@@ -65,7 +69,7 @@ def _kind(task: Task) -> tuple[str, bool]:
 
 def _size(task: Task) -> int:
     """Power of two of the bytes of its input files."""
-    return sum(size for size, _ in task.expected.values()).bit_length()
+    return sum(map(BYTES, task.expected.values())).bit_length()
 
 
 def _step(mb: float) -> int:

@@ -116,6 +116,7 @@ class FlightPlan:
         self._reference_images: dict[str, ReferenceImages] = {}
         self._pairings: dict[int, Pairing] = {}
         self._partners: dict[int, tuple[int, ...]] = {}
+        self._by_view: dict[str, tuple[IntArray, IntArray]] = {}
 
     @property
     def found(self) -> PlanFindings:
@@ -127,6 +128,7 @@ class FlightPlan:
     def take(self, found: PlanFindings) -> None:
         """Know what a plan of the same views, frames and parameters has found."""
         self._reference_images, self._partners = dict(found.references), dict(found.partners)
+        self._by_view.clear()
         self.__dict__["cell_m"] = found.cell_m
 
     @cached_property
@@ -192,8 +194,14 @@ class FlightPlan:
         k = self._index[image]
         if k not in self._direction_of:
             return np.empty((0, 2), np.int64)
-        found = self.reference_images(self._direction_of[k])
-        return found.cell[found.view == k]
+        direction = self._direction_of[k]
+        found = self.reference_images(direction)
+        if direction not in self._by_view:
+            order = np.argsort(found.view, kind="stable")
+            begins = np.searchsorted(found.view[order], np.arange(len(self.around.views) + 1))
+            self._by_view[direction] = order.astype(np.int32), begins
+        order, begins = self._by_view[direction]
+        return found.cell[order[begins[k] : begins[k + 1]]]
 
     def flight_tiles(self, tile_name: str, bounds: Bounds) -> tuple[FlightTile, ...]:
         """The reference images of a ground tile, direction by direction, in the order of their names.

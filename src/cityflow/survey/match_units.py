@@ -92,4 +92,5 @@ class MatchUnits:
         low, high = np.floor(cells).astype(np.int64), np.floor(cells + plan.cell_m / tile_m).astype(np.int64)
         across, up = (int(n) + 1 for n in (high - low).max(axis=0, initial=0))
         met = [np.minimum(low + np.array([col, row]), high) for row, col in product(range(up), range(across))]
-        return [f"{col}_{row}" for col, row in np.unique(np.concatenate(met), axis=0).tolist()]
+        tiles = {(col, row) for some in met for col, row in some.tolist()}
+        return [f"{col}_{row}" for col, row in sorted(tiles)]
