@@ -249,6 +249,7 @@ def driven(source: CitySource, ledger: Ledger, scheduler: Scheduler, profiled: b
     before_mb = resident_mb()
     store, steps = scheduler.store, scheduler.steps
     vars(submission)["Completed"] = Completed
+    source.forget_by(ledger.latest)
     if profiled:
         profile.enable()
     begun, clock = time.process_time(), time.perf_counter()

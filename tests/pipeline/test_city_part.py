@@ -352,3 +352,17 @@ def test_an_atlas_cell_alone(town: Town) -> None:
     assert ran[0] == node
     assert {s for s, _ in ran} == {"atlas", "export"}
     assert stale(town, records) == []
+
+
+@pytest.mark.parametrize("reach_m", [80.0, -30.0], ids=["in time", "too early"])
+def test_what_a_driver_has_left_behind_is_forgotten_and_its_tasks_are_the_same(town: Town, reach_m: float) -> None:
+    source, usual, memory = town.source(), town.source(), Memory({})
+    source.city.forget_by(memory.latest, reach_m)
+    run(source, memory.records)
+    run(usual, dict(town.records))
+    assert {n: r.digest for n, r in memory.records.items()} == {n: r.digest for n, r in town.records.items()}
+    assert not source.city.units
+    assert len(usual.city.units) == len(HOUSES)
+    assert ("reconstruct", AT_A_BORDER) not in source.survey.results
+    assert source.expected_units() == usual.expected_units()
+    assert bool(memory.read) == (reach_m < 0), "what is asked for once more is read from the records"

@@ -21,6 +21,7 @@ class NodeSet:
 
     def __init__(self) -> None:
         self._units: dict[str, set[str]] = {}
+        self._forgotten = Counter[str]()
 
     def add(self, node: Node) -> None:
         stage, unit = node
@@ -28,6 +29,13 @@ class NodeSet:
         if units is None:
             units = self._units[stage] = set()
         units.add(unit)
+
+    def forget(self, stage: str, units: Iterable[str]) -> None:
+        """Drop nodes that nobody asks for again; they count on."""
+        known = self._units.get(stage, set())
+        before = len(known)
+        known.difference_update(units)
+        self._forgotten[stage] += before - len(known)
 
     def __contains__(self, node: Node) -> bool:
         stage, unit = node
@@ -58,5 +66,5 @@ class NodeSet:
         return ((stage, unit) for stage, units in self._units.items() for unit in units)
 
     def by_stage(self) -> Counter[str]:
-        """How many there are of each stage."""
-        return Counter({stage: len(units) for stage, units in self._units.items()})
+        """How many there are of each stage, with those forgotten."""
+        return Counter({stage: len(units) + self._forgotten[stage] for stage, units in self._units.items()})

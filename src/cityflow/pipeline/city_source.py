@@ -7,7 +7,7 @@ files it is made of. Everything here runs in the driver and touches names and di
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
 from cityflow.flow.stage import Node
@@ -78,7 +78,13 @@ class CitySource:
     def after(self, task: Task, record: Record) -> Iterator[Task]:
         """What a finished task sets free; what it says is learned at once."""
         self.city.learn(record)
+        while self.city.past:
+            self.walk.forget(*self.city.past.pop())
         return iter(()) if outlines_are_missing(record) else self.walk.ended((task.stage, task.unit))
+
+    def forget_by(self, former: Callable[[str, str], Record | None]) -> None:
+        """For whoever drives a whole city: what lies behind it is forgotten, and read again by `former` where somebody asks for it after all."""
+        self.city.forget_by(former, self.survey.parameters.texture.around_m + LONGEST_M)
 
     def expected_units(self) -> dict[str, int | None]:
         """Tasks per stage as far as one can know now, in the order of the flow; None where the buildings decide and nobody knows them yet.

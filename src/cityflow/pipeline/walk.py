@@ -59,6 +59,11 @@ class Walk(Generic[C]):
         yield from self._started_by(node)
         yield from self._open(node)
 
+    def forget(self, stage: str, units: Iterable[str]) -> None:
+        """These have ended, and nobody will ask for them or wait for them again."""
+        self._wanted.forget(stage, units)
+        self._ended.forget(stage, units)
+
     def wanted(self) -> Counter[str]:
         """Tasks by stage that somebody has asked for so far."""
         return self._wanted.by_stage()

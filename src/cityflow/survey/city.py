@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 
 from cityflow.core.building import Status
@@ -13,9 +13,11 @@ from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.survey.districts import Districts, districts_of
 from cityflow.survey.kept_plans import Plans
+from cityflow.survey.results import RECONSTRUCT
 from cityflow.survey.surface_source import IMAGES, RASTERS
 from cityflow.survey.survey import Survey
 from cityflow.survey.survey_parameters import SurveyParameters
+from cityflow.survey.tiles_in_use import TilesInUse
 from cityflow.survey.unit_entry import UnitEntry
 from cityflow.survey.unit_index import UnitIndex
 
@@ -37,11 +39,12 @@ class City:
 
     Attributes
     ----------
-    units : id → entry of every unit that is known;  units_of : tile → those that it owns;  chosen : tile → ids of those within the area
+    units : id → entry of every unit that is known, and may be asked for;  units_of : tile → those that it owns;  chosen : tile → ids of those within the area
     outlines, outlines_of : the same of outlines that are split, until the units of their tile and of all around are known
     count_outlines : tile → how many it owns that are split
     atlas_cells_of : tile → atlas cell → its units, if requested
     refused : outlines that cannot be buildings, or that a person has rejected, with the reason
+    past : stage and units whose tasks nobody waits for any more, for whoever drives the city (`forget_by`)
     """
 
     def __init__(
@@ -65,6 +68,10 @@ class City:
         self._without_units: dict[str, set[str]] = {}
         self.refused: dict[str, str] = {}
         self.atlas_cells_of: dict[str, Mapping[str, list[str]]] = {}
+        self.past: list[tuple[str, Sequence[str]]] = []
+        self._former: Callable[[str, str], Record | None] | None = None
+        self._reach_m = 0.0
+        self._in_use, self._forgotten = TilesInUse(), set[str]()
 
     @cached_property
     def tiles(self) -> tuple[str, ...]:
@@ -97,11 +104,56 @@ class City:
             self.units_of[record.unit] = UnitIndex(found)
             self.atlas_cells_of.pop(record.unit, None)
             self.chosen[record.unit] = [u.id for u in found if self.area.holds(u.point)]
+            self._forgotten.discard(record.unit)
+            if self._former is not None:
+                near = self.survey.lattice.near(record.unit, self._reach_m)
+                self._in_use.begin(record.unit, (t for t in near if t in self.tile_names))
             if record.stage == UNITS:
                 self._forget_outlines(record.unit, found)
         elif record.stage == EXPORT:
             for stage in self._until_export:
-                self.survey.results.forget(stage, self.chosen.get(record.unit, ()))
+                self._end(stage, self.chosen.get(record.unit, ()))
+            for tile in self._in_use.end(record.unit):
+                self._forget_units(tile)
+
+    def forget_by(self, former: Callable[[str, str], Record | None], reach_m: float) -> None:
+        """From now on units are forgotten when all tiles within `reach_m` have been exported: the memory of a driver does not grow by what is behind it.
+
+        Parameters
+        ----------
+        former : the newest record of a stage and a unit, for tasks that ask from farther away
+        """
+        self._former, self._reach_m = former, reach_m
+
+    def ask(self, tiles: Iterable[str], asking: str) -> None:
+        """A tile will ask for units of others, and for their models, until it is exported: those that were forgotten are known again."""
+        if self._former is None:
+            return
+        for tile in tiles:
+            self._in_use.begin(tile, [asking])
+            if tile in self._forgotten:
+                self._forgotten.discard(tile)
+                self._recall(tile, self._former)
+
+    def _recall(self, tile: str, former: Callable[[str, str], Record | None]) -> None:
+        record = former(self.unit_stage, tile)
+        for unit in [] if record is None else self._entries(record):
+            self.units[unit.id] = unit
+            if (model := former(RECONSTRUCT, unit.id)) is not None:
+                self.survey.results.learn(model)
+
+    def _forget_units(self, tile: str) -> None:
+        names = self.units_of[tile].names
+        for name in names:
+            self.units.pop(name, None)
+        self.survey.results.forget(RECONSTRUCT, names)
+        self._forgotten.add(tile)
+
+    def _end(self, stage: str, units: Sequence[str]) -> None:
+        """Nobody asks for what tasks have left any more."""
+        self.survey.results.forget(stage, units)
+        if self._former is not None:
+            self.past.append((stage, units))
 
     def _tiles_touching(self, tile: str, entries: Iterable[UnitEntry]) -> set[str]:
         """The tile, those around it, and those that own what touches its outlines."""
@@ -117,7 +169,7 @@ class City:
             if not left:
                 del self._without_units[name]
                 outlines = self.outlines_of.pop(name)
-                self.survey.results.forget(SPLIT, outlines)
+                self._end(SPLIT, outlines)
                 for outline in outlines:
                     self.outlines.pop(outline, None)
 

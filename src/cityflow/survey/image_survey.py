@@ -36,9 +36,11 @@ LEAST_FRAME_TILT_DEG = 12.0
 """Clusters of views steeper than this get no frame: they see hardly any façade; set by hand."""
 CELL_M, IMAGES_A_CELL = 10.0, 6
 """Images for the ortho are chosen on a lattice of so many metres, so many for each of its cells."""
-
 STEPS_A_CELL = 4
 """Places along the edge of a cell of the reference images at which the driver asks what is surveyed."""
+
+TILES_KEPT = 1024
+"""Ground tiles whose flight tiles stay at hand, some 70 kB each: those in work, and what lies around them; set by hand."""
 
 
 class ImageSurvey:
@@ -182,6 +184,8 @@ class ImageSurvey:
     def flight_tiles(self, tile: Tile) -> Sequence[FlightTile]:
         """The reference images of a ground tile, each with its partners and cells."""
         if tile.name not in self._over:
+            if len(self._over) >= TILES_KEPT:
+                del self._over[next(iter(self._over))]
             self._over[tile.name] = self.plan.flight_tiles(tile.name, tile.bounds)
         return self._over[tile.name]
 

@@ -65,6 +65,7 @@ def _of_tile(city: City, tile: str) -> _TileNeeds:
     units = [city.units[u] for u in index.names]
     asked = [texture_parameters(survey, u) for u in units]
     names = sorted({t for u in units for t in tiles_around(survey, u)})
+    city.ask({*names, *(t for u in units for t in u.neighbour_tiles)}, tile)
     known = {t: found for t in names if (found := city.units_of.get(t)) is not None}
     near = _grown(index.bounds, [p.around_m for p in asked])
     looked = _grown(near, [LONGEST_M] * len(units))

@@ -35,6 +35,7 @@ class FollowedCity:
     begin : called before the first task
     costs : what a task of each stage takes
     ledger : knows what failed exports left before
+    seen : stage → units that it has come to;  under : digest of the circumstances under which it began
     """
 
     wanted: Prepared
@@ -44,8 +45,8 @@ class FollowedCity:
     workers: int
     ledger: Ledger
     city: CitySource = field(init=False)
-    _seen: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
-    _under: str = ""
+    seen: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
+    under: str = ""
     _next_note: float = 0.0
     _next_told: float = 0.0
 
@@ -53,13 +54,14 @@ class FollowedCity:
         self.begin()
         self.city = self.wanted.source(self.ledger)
         self.city.walk.ahead = True
+        self.city.forget_by(self.ledger.latest)
         _prepare_surface(self.wanted, self.city.survey)
-        self._under = circumstances(self.wanted.store)
+        self.under = circumstances(self.wanted.store)
         self._tell()
         yield from self.city.initial()
 
     def after(self, task: Task, record: Record) -> Iterator[Task]:
-        self._seen[task.stage].append(task.unit)
+        self.seen[task.stage].append(task.unit)
         return self._told(self.city.after(task, standing(record, self.ledger)))
 
     def _told(self, following: Iterator[Task]) -> Iterator[Task]:
@@ -79,14 +81,14 @@ class FollowedCity:
         """What the run has come to, for `status`; seldom enough that it costs nothing."""
         begun = time.monotonic()
         write_asked(self.wanted.store, Asked(
-            self.wanted.catalog.title, self.wanted.workflow.name, {s: self._named(s) for s in self._seen}, self.city.expected_units(), {},
-            under=self._under, is_at_work=True,
+            self.wanted.catalog.title, self.wanted.workflow.name, {s: self._named(s) for s in self.seen}, self.city.expected_units(), {},
+            under=self.under, is_at_work=True,
         ))  # fmt: skip
         self._next_note = _later(begun, NOTED_EVERY_S)
 
     def _named(self, stage: str) -> SomeUnits:
         """What this run has come to: nearly always all that there is."""
-        seen = self._seen[stage]
+        seen = self.seen[stage]
         return ALL if len(seen) == self.ledger.tally(stage).records else SomeUnits.of(seen, self.ledger.units(stage))
 
 

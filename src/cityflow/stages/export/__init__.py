@@ -268,6 +268,7 @@ def _what_it_shows(city: City, tile: str) -> Iterable[Node]:
 def _units_shown(city: City, tile: str) -> list[str]:
     """Its own units and those that share walls with them."""
     own = city.chosen[tile]
+    city.ask({t for u in own for t in city.units[u].neighbour_tiles}, tile)
     return list(dict.fromkeys([*own, *(n for u in own for n in city.units[u].neighbours if n in city.units)]))
 
 
