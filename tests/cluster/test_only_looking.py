@@ -12,9 +12,13 @@ from typing import Any
 import pytest
 
 from cityflow.flow.child import resolve
+from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
+from cityflow.runs.asked import read_asked
 from cityflow.runs.overrides import write_overrides
+from cityflow.runs.run_folder import open_run
 from cityflow.workflow import plan
+from cityflow.workflow.note_asked import note_asked
 from cluster.small_city import Commands, SmallCity, newest
 
 pytestmark = pytest.mark.cluster
@@ -65,6 +69,20 @@ def test_looking_at_a_run_imports_nothing_that_it_names(
     resolve(SPY)
     assert imported.exists(), "the spy tells of an import"
     del sys.modules["spy_of_a_run"]
+
+
+def test_a_run_notes_what_a_walk_over_its_graph_would(
+    copied_run: Path, small_city: SmallCity, cityflow: Commands
+) -> None:
+    """It knows what it has come to, and follows nothing once more."""
+    for change in ((), ("--set", "outline.noding_tolerance_m=0.08")):
+        done = cityflow("run", small_city.workflow, "--catalog", small_city.catalog, "--out", copied_run, *change)
+        assert done.code == 0, done.text
+        with Ledger.open(Store.open(copied_run)) as ledger:
+            noted = read_asked(ledger.store, ledger)
+            assert noted is not None
+            assert noted == note_asked(open_run(str(copied_run)), ledger)
+            assert read_asked(ledger.store, ledger) == noted
 
 
 def test_a_plan_follows_no_graph_where_nothing_has_changed_since_the_run(

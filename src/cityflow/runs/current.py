@@ -146,4 +146,9 @@ def walked(
             found[task.stage].append(task.unit)
             visit(task, record)
             ready.append(iter(source.after(task, record)))
-    return CurrentRecords({s: StoredRecords(ledger, s, sorted(found[s])) for s in in_flow_order(found)})
+    return stored_records(ledger, found)
+
+
+def stored_records(ledger: Ledger, units: Mapping[str, Iterable[str]]) -> CurrentRecords:
+    """The newest records of these units by stage, each named once."""
+    return CurrentRecords({s: StoredRecords(ledger, s, sorted(set(units[s]))) for s in in_flow_order(units)})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from cityflow.flow.exclusive import is_held
@@ -11,12 +12,14 @@ from cityflow.flow.some_units import SomeUnits
 from cityflow.flow.state import State
 from cityflow.flow.task import Record, Task
 from cityflow.pipeline.city_part import CityPart
+from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.pipeline import in_flow_order
 from cityflow.reporting.asked_area import units_beyond
 from cityflow.reporting.unused_edits import unused_edits
 from cityflow.runs.asked import NOTE, Asked, circumstances, write_asked
-from cityflow.runs.current import walked
+from cityflow.runs.current import CurrentRecords, stored_records, walked
 from cityflow.runs.prepare import Prepared
+from cityflow.workflow.followed import FollowedCity
 
 
 def note_asked(wanted: Prepared, ledger: Ledger) -> Asked:
@@ -28,16 +31,32 @@ def note_asked(wanted: Prepared, ledger: Ledger) -> Asked:
         if ledger.state(task) is not State.DONE:
             stale[task.stage].append(task.unit)
 
-    records = walked(source, ledger, look)
+    return _noted(wanted, ledger, source, walked(source, ledger, look), stale)
+
+
+def note_run(wanted: Prepared, ledger: Ledger, run: FollowedCity) -> Asked:
+    """The same when a run has come to its end, from what it has come to: all of that is done, and nothing is followed once more.
+
+    Where something was changed meanwhile that decides about tasks, only the graph can tell.
+    """
+    now = wanted.source(ledger).survey
+    if run.under != circumstances(wanted.store) or now.edits != run.city.survey.edits:
+        return note_asked(wanted, ledger)
+    return _noted(wanted, ledger, run.city, stored_records(ledger, run.seen), {})
+
+
+def _noted(
+    wanted: Prepared, ledger: Ledger, source: CitySource, records: CurrentRecords, stale: Mapping[str, Sequence[str]]
+) -> Asked:
+    """Written, unless a driver is at work. `stale`: stage → units of these records that are out of date."""
     tasks, expected = {s: records.units(s) for s in records.stages()}, source.expected_units()
     known = {s: ledger.units(s) for s in {*tasks, *expected}}
     # behind a task without a record, such as one that an earlier version did not have, nobody knows what is asked for: what stands there is of before
     unreached = {s: known[s] for s in expected if s not in tasks and known[s]}
-    stale.update(unreached)
     tasks |= unreached
     asked = Asked(
         wanted.catalog.title, wanted.workflow.name, {s: SomeUnits.of(tasks[s], known[s]) for s in in_flow_order(tasks)}, expected,
-        {s: SomeUnits.of(units, known[s]) for s, units in sorted(stale.items()) if units},
+        {s: SomeUnits.of(units, known[s]) for s, units in sorted({**stale, **unreached}.items()) if units},
         units_beyond(records, wanted.area), [(edit.text, edit.remedy) for edit in unused_edits(wanted, records)],
         ledger.count_files(), circumstances(wanted.store), wanted.catalog_digest(),
     )  # fmt: skip

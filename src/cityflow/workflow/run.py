@@ -35,10 +35,9 @@ from cityflow.runs.current import CurrentRecords, known_records
 from cityflow.runs.prepare import Prepared, prepared
 from cityflow.runs.request import Request
 from cityflow.runs.run_folder import check_run, describe_run
-from cityflow.survey.survey import Survey
 from cityflow.workflow.expected import costs_of, usual_mb
 from cityflow.workflow.followed import FollowedCity
-from cityflow.workflow.note_asked import note_asked
+from cityflow.workflow.note_asked import note_run
 from cityflow.workflow.passes import Passes
 from cityflow.workflow.retired import remove_stale_products
 from cityflow.workflow.settle_poses import Driver, with_settled_poses
@@ -140,9 +139,9 @@ def execute(
         wanted = with_settled_poses(wanted, Driver(client, beat, drive.begin, talk))
         drive = replace(drive, wanted=wanted)
         while True:
-            survey = _undamaged(drive, passes, talk)
-            remove_stale_products(wanted.store, ledger, survey)
-            asked = note_asked(wanted, ledger)
+            followed = _undamaged(drive, passes, talk)
+            remove_stale_products(wanted.store, ledger, followed.city.survey)
+            asked = note_run(wanted, ledger, followed)
             records = known_records(wanted, ledger, asked)
             try:
                 extras.before_report(records)
@@ -179,7 +178,7 @@ def _begin(drive: _Drive, progress: RunNews) -> None:
     progress.message(pages_told(drive.client, drive.wanted.store.root))
 
 
-def _undamaged(drive: _Drive, passes: Passes, talk: Talk) -> Survey:
+def _undamaged(drive: _Drive, passes: Passes, talk: Talk) -> FollowedCity:
     """Pass after pass, until nothing was read that is not what was written; what the run knows in the end."""
     wanted, client, ledger = drive.wanted, drive.client, drive.ledger
     limit, root = wanted.workflow.city.execution.max_in_flight, wanted.store.root
@@ -204,7 +203,7 @@ def _undamaged(drive: _Drive, passes: Passes, talk: Talk) -> Survey:
                 raise KeyboardInterrupt
             progress.expect({}, 1)  # all is done, and what was only expected is no part of it
         if not passes.note(summary.damaged):
-            return source.city.survey
+            return source
 
 
 def failed_tasks(records: CurrentRecords) -> list[Row]:
