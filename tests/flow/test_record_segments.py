@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -22,6 +22,7 @@ from cityflow.flow.local_folder import LocalFolder
 from cityflow.flow.record_segments import FOLDER, LINES, TABLE
 from cityflow.flow.records import mark_path, record_path, write_mark, write_record
 from cityflow.flow.segment_rows import ordered
+from cityflow.flow.some_units import SomeUnits
 from cityflow.flow.state import State
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
@@ -61,10 +62,15 @@ def said(ledger: Ledger) -> list[object]:
         list(ledger.records()), ledger.stages(), ledger.count_files(),
         *([sorted(map(repr, ledger.rows(stage))), ledger.units(stage), ledger.units(stage, Status.DONE), ledger.tally(stage).status,
            ledger.tally(stage).mean_seconds, ledger.tally(stage).peak_mb, list(ledger.records(stage)),
+           by_unit(ledger.as_stored(stage)), by_unit(ledger.as_stored(stage, SomeUnits.only(NAMES[::3]))),
            *([ledger.next_attempt(stage, u), ledger.latest(stage, u), ledger.attempts(stage, u), ledger.last_good(stage, u)] for u in NAMES)]
           for stage in ("toy", "other", "neither")),
         [ledger.state(toy(u)) for u in NAMES], [ledger.state(toy(u, version=9)) for u in NAMES],
     ]  # fmt: skip
+
+
+def by_unit(records: Iterable[Record]) -> list[Record]:
+    return sorted(records, key=lambda record: record.unit)
 
 
 def joined(store: Store, segment: int = SEGMENT) -> int:
@@ -328,6 +334,9 @@ def looked(ledger: Ledger, right: dict[tuple[str, str], Record], what: str) -> N
     for (stage, unit), record in right.items():
         found = ledger.latest(stage, unit)
         assert found is None or found == record or found.attempt < record.attempt, what
+    for stage in ("toy", "other"):
+        assert by_unit(ledger.as_stored(stage)) == by_unit(ledger.records(stage)), what
+    for (stage, unit), record in right.items():
         if stage == "toy" and ledger.state(toy(unit)) is State.DONE:
             assert ledger.latest(stage, unit) == record, what
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import chain
 
 from cityflow.core.arrays import IntArray
 from cityflow.core.building import Status
@@ -143,8 +144,7 @@ class Ledger:
 
     def attempts(self, stage: str, unit: str) -> list[Record]:
         """All records of a unit, oldest first."""
-        found = {record.attempt: record for record in reversed([*self._newest_first(quoted(stage), quoted(unit))])}
-        return list(found.values())
+        return list({r.attempt: r for r in reversed([*self._newest_first(quoted(stage), quoted(unit))])}.values())
 
     def last_good(self, stage: str, unit: str) -> Record | None:
         """The newest record that left something, where the newest of all may have failed."""
@@ -157,6 +157,14 @@ class Ledger:
         """The newest record of every unit, of one stage or of all, sorted by stage and unit; each is read when its turn comes."""
         names = sorted((row.stage, row.unit) for row in self.rows(stage))
         return (record for name in names if (record := self.latest(*name)) is not None)
+
+    def as_stored(self, stage: str, units: SomeUnits = ALL) -> Iterator[Record]:
+        """The newest records of a stage, or of some of its units, in the order in which they lie in segments: what lies together is unpacked once."""
+        loose, table, joined = self._newest(stage)
+        found: Iterator[tuple[str, Record | None]] = ((row.unit, None) for row in loose if row.unit in units)
+        if len(joined := table.among(joined, units)):
+            found = chain(found, self._joined.as_stored(joined))
+        return (record for unit, here in found if (record := here or self.latest(stage, unit)) is not None)
 
     def rows(self, stage: str | None = None) -> Iterator[Row]:
         """The newest record of every unit in short, in no order."""
@@ -223,11 +231,8 @@ class Ledger:
         """Join the oldest records that lie in files of their own, if they fill a segment; returns how many.
 
         Their files go in the background when the segment was read back. For drivers only. A driver that is killed loses nothing: until then
-        the files are there, and what stands in both is one record.
-
-        Raises
-        ------
-        OSError : the segment cannot be written, or files of an earlier one cannot be removed
+        the files are there, and what stands in both is one record. Raises OSError where the segment cannot be written, or files of an earlier one
+        cannot be removed.
         """
         records, new = self.to_join()
         if records:

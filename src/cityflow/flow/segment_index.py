@@ -135,6 +135,14 @@ class Joined:
         rows = parts[0] if parts else Rows(SCHEMA.empty_table())
         return rows, rows.newest(stage)
 
+    def as_stored(self, found: IntArray) -> Iterator[tuple[str, Record | None]]:
+        """Units and records of some rows of `newest` in the order in which they lie in segments, so that a frame is unpacked once; None for a damaged one."""
+        rows = self._all()[0]
+        found = rows.by_place(found)
+        places = zip(*_values(rows, ("frame", "start", "bytes"), found), strict=True)
+        for unit, place in zip(rows.names(found), places, strict=True):
+            yield unit, self._record(*place)
+
     def _all(self) -> list[Rows]:
         """The parts as one, if there are any."""
         if len(self._parts) > 1:

@@ -116,6 +116,11 @@ class Rows:
                 kept[i] = False
         return rows, newest[kept]
 
+    def by_place(self, rows: IntArray) -> IntArray:
+        """Some rows in the order in which their records lie in segments."""
+        frame, start = (column(self.table, name)[rows] for name in ("frame", "start"))
+        return rows[np.lexsort((start, frame))]
+
     def among(self, rows: IntArray, units: SomeUnits) -> IntArray:
         """Those of some rows that are of these units."""
         if units.all_but and not units.names:

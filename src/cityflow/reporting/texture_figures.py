@@ -67,7 +67,7 @@ def texture_figures(store: Store, survey: Survey, records: CurrentRecords) -> Te
     for atlas_cell in read_atlas_cells(store, read):
         sums.add(atlas_cell)
     # of a million buildings the results are gigabytes, so each goes when it is counted
-    good = (r for r in records.of(texture.NAME) if r.status in (Status.DONE, Status.DEGRADED))
+    good = (r for r in records.as_stored(texture.NAME) if r.status in (Status.DONE, Status.DEGRADED))
     faces = np.array([int(r.result.get("textured", 0)) for r in good], np.int64)
     textured = sum(sums.textured.values())
     shares = tuple(SurfaceShare(k, sums.area[k], sums.textured[k] / sums.area[k]) for k in KINDS if sums.area[k] > 0)
@@ -75,7 +75,7 @@ def texture_figures(store: Store, survey: Survey, records: CurrentRecords) -> Te
     return TextureFigures(
         int(np.count_nonzero(faces)), len(faces), int(faces.sum()), shares,
         _median(sums.gsds, sums.weights), sums.interpolated / textured if textured else None, len(sums.images),
-        sum(int((r.result.get(SET) or {}).get("pages", 0)) for r in records.of(atlas.NAME)),
+        sum(int((r.result.get(SET) or {}).get("pages", 0)) for r in records.as_stored(atlas.NAME)),
         tuple(sorted(plain, key=lambda p: (-p.area_m2, p.reason))), len(read), len(paths),
     )  # fmt: skip
 

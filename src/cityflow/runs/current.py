@@ -11,6 +11,7 @@ from typing import overload
 from cityflow.flow.inputs import Inputs, LeftBehind
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.row import Row, row_of
+from cityflow.flow.some_units import SomeUnits
 from cityflow.flow.tally import Tally
 from cityflow.flow.task import Record, Task
 from cityflow.pipeline.city_source import CitySource
@@ -48,6 +49,10 @@ class StoredRecords(Sequence[Record]):
     def __iter__(self) -> Iterator[Record]:
         return (record for unit in self.units if (record := self.ledger.latest(self.stage, unit)) is not None)
 
+    def as_stored(self) -> Iterator[Record]:
+        """The same in the order in which they are stored, which is the quickest way to all of them."""
+        return self.ledger.as_stored(self.stage, SomeUnits.of(self.units, self.ledger.units(self.stage)))
+
     def tally(self) -> Tally:
         """What they come to; no record is read."""
         every = self.ledger.tally(self.stage)
@@ -72,6 +77,11 @@ class CurrentRecords:
     def of(self, stage: str) -> Sequence[Record]:
         """Records of a stage, sorted by unit; read one by one."""
         return self.by_stage.get(stage, ())
+
+    def as_stored(self, stage: str) -> Iterable[Record]:
+        """Records of a stage in no order: where all are read, in a fraction of the time."""
+        found = self.of(stage)
+        return found.as_stored() if isinstance(found, StoredRecords) else found
 
     def units(self, stage: str) -> Sequence[str]:
         """Names of the units of a stage that have a record, sorted."""

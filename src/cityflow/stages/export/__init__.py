@@ -259,10 +259,9 @@ def _what_it_shows(city: City, tile: str) -> Iterable[Node]:
     surfaces = [("surface", t) for t in survey.lattice.ring(tile)]
     models = [*surfaces, *(("reconstruct", u) for u in _units_shown(city, tile))]
     under = [("ortho", tile)] if survey.source.kind == IMAGES else []
-    if not survey.textures:
-        return [*models, *under]
     looked = [("windows", u) for u in own] if windows_are_wanted(survey) else []
-    return [*models, *(("atlas", atlas_cell) for atlas_cell in atlas_cells_of(city, tile)), *looked, *under]
+    atlas_cells = atlas_cells_of(city, tile) if survey.textures else ()
+    return [*models, *(("atlas", atlas_cell) for atlas_cell in atlas_cells), *looked, *under]
 
 
 def _units_shown(city: City, tile: str) -> list[str]:
