@@ -143,7 +143,9 @@ class City:
                 self.survey.results.learn(model)
 
     def _forget_units(self, tile: str) -> None:
-        names = self.units_of[tile].names
+        if (known := self.units_of.get(tile)) is None:
+            return  # asked for, and not come to yet
+        names = known.names
         for name in names:
             self.units.pop(name, None)
         self.survey.results.forget(RECONSTRUCT, names)
