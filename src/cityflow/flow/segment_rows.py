@@ -68,25 +68,24 @@ class Rows:
         return at < len(self.keys) and bool(self.keys[at] == np.uint64(key))
 
     def newest(self, stage: str | None) -> IntArray:
-        """Rows of the table (int64) that are the newest of their unit, of one stage or all, in the order of their keys."""
+        """Rows of the table (int64) that are the newest of their unit, of one stage or all, in its order."""
         if stage is None:
-            return self._newest().astype(np.int64)
+            return self._newest()
         return self._newest_by_stage.get(stage, np.empty(0, np.int32)).astype(np.int64)
 
     def _newest(self) -> IntArray:
-        last = np.ones(len(self.keys), bool)
-        last[:-1] = self.keys[1:] != self.keys[:-1]
-        newest: IntArray = self.order[last]
-        return newest
+        is_newest = np.ones(len(self.keys), bool)
+        is_newest[self.order[:-1][self.keys[1:] == self.keys[:-1]]] = False
+        return np.flatnonzero(is_newest)
 
     @cached_property
     def _newest_by_stage(self) -> dict[str, IntArray]:
-        """Parted once: a command asks for every stage, and a look at all rows for each grows faster than these."""
+        """Parted once, and not by key: a command asks for every stage, and to look through millions of rows here and there takes longer the more there are."""
         found, (code, stages) = self._newest(), self._stage
         code = code[found].astype(np.uint16)
-        grouped = np.argsort(code, kind="stable")
+        grouped = found[np.argsort(code, kind="stable")].astype(np.int32)
         ends = np.cumsum(np.bincount(code, minlength=len(stages)))
-        return dict(zip(stages, np.split(found[grouped], ends[:-1]), strict=True)) if stages else {}
+        return dict(zip(stages, np.split(grouped, ends[:-1]), strict=True)) if stages else {}
 
     @cached_property
     def _stage(self) -> Words:
@@ -104,6 +103,7 @@ class Rows:
         """Newest rows of elsewhere and of here (as `newest` gives them), each unit in one of them only: where its later record is."""
         if not loose:
             return [], newest
+        newest = newest[np.argsort(column(self.table, "key")[newest])]
         key, attempt, started = (column(self.table, name)[newest] for name in ("key", "attempt", "started"))
         kept, rows = np.ones(len(newest), bool), []
         wanted = np.array([key_of(quoted(row.stage), quoted(row.unit)) for row in loose], np.uint64)
@@ -149,9 +149,8 @@ class Rows:
 
     def attempts(self) -> int:
         """How many there are, those of the same number counted once."""
-        attempt = column(self.table, "attempt")[self.order]
-        same = (self.keys[1:] == self.keys[:-1]) & (attempt[1:] == attempt[:-1])
-        return len(self.keys) - int(same.sum())
+        attempt, again = column(self.table, "attempt"), np.flatnonzero(self.keys[1:] == self.keys[:-1])
+        return len(self.keys) - int((attempt[self.order[again]] == attempt[self.order[again + 1]]).sum())
 
     def without(self, dead: BoolArray) -> Rows:
         """Less the rows that a mask names."""
