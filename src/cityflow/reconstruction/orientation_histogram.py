@@ -34,6 +34,7 @@ from cityflow.reconstruction.planes.plane_labels import LabelEnergy, label_energ
 from cityflow.reconstruction.planes.plane_segments import UNASSIGNED, PlaneSegments
 from cityflow.reconstruction.planes.prior_directions import with_prior
 from cityflow.reconstruction.planes.roof_cloud import RoofCloud, local_origin, roof_cloud
+from cityflow.reconstruction.planes.waves import without_waves
 from cityflow.reconstruction.solids.levels import block_levels
 from cityflow.reconstruction.solids.roof_solid import build_roof
 
@@ -146,7 +147,8 @@ def find_planes(evidence: Evidence, parameters: OrientationHistogramParameters) 
     labels, planes = _surfaces(cloud, surface, energy, parameters)
     if parameters.prior and (evidence.aspects or evidence.slopes):
         planes = with_prior(cloud.points, labels, planes, evidence.aspects, evidence.slopes)
-    return PlaneSegments.largest_first(origin, cloud.points, labels, planes, surface.noise)
+    found = PlaneSegments.largest_first(origin, cloud.points, labels, planes, surface.noise)
+    return without_waves(found) if evidence.matched else found
 
 
 def _surfaces(

@@ -16,14 +16,11 @@ from cityflow.geometry.roof_distances import distances_to_roof, summarise
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS
 from cityflow.reconstruction.planes.plane_labels import OUTLIER
+from cityflow.reconstruction.planes.waves import UNEVEN_M, WAVE_M
 from cityflow.reconstruction.precision import NO_PART_M
 
 ABOUT_AS_GOOD = 0.2
-"""A candidate is about as good as the best where it explains less by no more than this share of the points; set by hand, as are those below."""
-
-
-WAVE_M, UNEVEN_M = 1.5, 0.07
-"""Errors of matched heights are alike within a metre or so; waves below a third of the distance within which a point counts as explained deceive nobody."""
+"""A candidate is about as good as the best where it explains less by no more than this share of the points; set by hand."""
 
 
 class ScoreParameters(Parameters):

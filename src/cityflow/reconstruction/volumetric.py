@@ -22,6 +22,7 @@ from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.partition.roof_partition import partition_along
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
+from cityflow.reconstruction.planes.waves import without_waves
 from cityflow.reconstruction.solids.assemble import assemble
 from cityflow.reconstruction.solids.levels import block_levels
 from cityflow.reconstruction.solids.roof_solid import ATTEMPTS, coarser
@@ -76,6 +77,8 @@ def simpler(full: VolumetricParameters) -> Iterator[VolumetricParameters]:
 def reconstruct(evidence: Evidence, parameters: VolumetricParameters) -> Candidate:
     """The method: surfaces, nodes, edges, closed hull. No solid where no surface is found."""
     segments, noisy = roof_surfaces(evidence, parameters.surfaces)
+    if evidence.matched:
+        segments = without_waves(segments)
     if len(segments) == 0:
         return Candidate(METHOD, None, status=Status.FAILED, reason=f"no roof surface in {len(evidence.points)} points")
     outline = moved(evidence.outline, -segments.origin[0], -segments.origin[1])

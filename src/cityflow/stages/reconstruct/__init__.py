@@ -34,7 +34,7 @@ from cityflow.survey.survey import UNREAD, WALL_MARGIN_M, Survey
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = "reconstruct"
-VERSION = 38
+VERSION = 39
 CANDIDATES = "candidates.city.jsonl"
 
 
