@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Mapping
@@ -33,6 +35,7 @@ from cityflow.workflow.desk import RunDesk
 from cityflow.workflow.desk_compare import Others
 from cityflow.workflow.desk_rerun import Jobs, Stand
 from cityflow.workflow.former_state import begin_update
+from cityflow.workflow.run_part import SHOWN
 from small_pictures import draw_small
 
 HALVES = ("double.901150_4600350", "double.901250_4600350")
@@ -260,6 +263,33 @@ def test_jobs_run_one_after_the_other_and_edits_of_a_failed_one_wait_again(
     assert [j.stand for j in desk.jobs.jobs] == [Stand.FAILED, Stand.DONE, Stand.WITHDRAWN]
     assert [text for text, _ in heard if "at work" in text] == ["1 at work", "2 at work"]
     assert len(desk.pending) == 1
+
+
+def test_pages_hear_of_the_new_models_before_the_report_is_written(
+    desk: RunDesk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    heard: list[str] = []
+    monkeypatch.setattr(
+        type(desk.listeners), "tell", lambda self, name, value: heard.append(f"{name} {value.get('stand', '')}")
+    )
+    words: list[Any] = []
+
+    def begin(given: Any) -> Any:
+        words.extend(given)
+        script = f"print('Running again'); print({SHOWN!r}); print('Report: …')"
+        return subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, encoding="utf-8")
+
+    monkeypatch.setattr(desk.jobs, "begin", begin)
+    desk.change("rerun", {"units": [town.GABLE]})
+    desk.jobs.start()
+    end = time.monotonic() + 60
+    while desk.jobs.jobs[0].stand is not Stand.DONE and time.monotonic() < end:
+        time.sleep(0.02)
+    desk.close()
+    assert words == ["rerun", desk.store.root, f"--unit={town.GABLE}", "--verbose"]
+    at = heard.index("changed ")
+    assert "job done" not in heard[:at]
+    assert heard[at:].count("job at work") == 1, "a line comes after it"
 
 
 def test_a_job_waits_for_whoever_drives_the_run(desk: RunDesk, monkeypatch: pytest.MonkeyPatch) -> None:

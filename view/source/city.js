@@ -36,6 +36,7 @@ export class City {
     this.tiles = null;
     this.edges = null;
     this.former = null;
+    this.isEnded = false;
     // what a lost context held is fetched again: pixels are let go of once they are drawn
     stage.canvas.addEventListener('webglcontextrestored', () => this.load());
     this.load();
@@ -47,7 +48,7 @@ export class City {
 
   /** Show the set of textures that is wanted, in place of the one before. */
   load() {
-    if (this.isEmpty) return;
+    if (this.isEmpty || this.isEnded) return;
     this.#dispose();
     this.#forgetFormer();
     this.#begin();
@@ -55,6 +56,7 @@ export class City {
 
   /** Let go of everything. */
   end() {
+    this.isEnded = true;
     this.#dispose();
     this.#forgetFormer();
     this.tiles = null;

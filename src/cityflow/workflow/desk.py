@@ -76,7 +76,7 @@ class RunDesk:
         self._carried: dict[str, Edit] = {}
         self.warm = Warm(self.options)
         self.jobs = Jobs(
-            self.store, self.warm.begin, lambda job: self.listeners.tell("job", job.as_json()), self._ended
+            self.store, self.warm.begin, lambda job: self.listeners.tell("job", job.as_json()), self._ended, self._shown
         )
         self.watch = Watch(
             self.store, self._asked_tiles(), lambda news: self.listeners.tell("watch", news), self._driver_ended, lambda: bool(self.listeners.queues)
