@@ -1,11 +1,16 @@
-"""Vegetation in surfaces from images: green (or bright in the near infrared) and rough, since there are no multiple returns."""
+"""Vegetation in surfaces from images: green (or bright in the near infrared) and rough, since there are no multiple returns.
+
+The window that tells roughness is as wide as a porch: small roofs beside high walls are rough all over, and grey roofs are of a doubtful colour. In the
+surface at its full resolution such roofs are even (`even_patches.py`). Crowns that matching has smoothed are even, too, but green. Colours are those of
+one level: a lawn makes no roof beside it green.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from scipy.ndimage import binary_dilation, binary_opening, distance_transform_edt, label, uniform_filter
+from scipy.ndimage import binary_dilation, binary_opening, distance_transform_edt, label
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid
@@ -25,6 +30,8 @@ ROUGH_M = 0.12
 """What is green is foliage from this RMS off the local plane on, metres."""
 AREA_M2 = 2.0
 """Smaller patches are no crowns, m²."""
+LEVEL_M = 0.75
+"""What differs more in height is another thing, of another colour, metres; set by hand."""
 
 
 class ColourVegetationParameters(Parameters):
@@ -47,6 +54,7 @@ def colour_vegetation(
     colour: NDArray[np.float32] | None,
     grid: Grid,
     parameters: ColourVegetationParameters,
+    even: BoolArray | None = None,
 ) -> BoolArray:
     """(rows, cols) True on vegetation.
 
@@ -55,39 +63,61 @@ def colour_vegetation(
     heights : filled DSM and DTM, (rows, cols) metres, NaN outside the survey
     colour : (rows, cols, bands) mean colour of the surface: red, green, blue and, with 4 bands, near infrared; NaN where unknown; None where
         the images are grey
+    even : (rows, cols) True on patches that are even at full resolution: roofs, unless they are green; None: not known
     """
     p = parameters
     dsm, dtm = heights
     with np.errstate(invalid="ignore"):
         high = dsm - dtm > p.least_height_m
     size = 2 * round(WINDOW_M / grid.cell / 2) + 1
-    rough = local_residual(np.where(np.isnan(dsm), dtm, dsm), max(size, 3))
-    green = greenness(colour, grid.shape, p, size)
-    seeds = high & (green > 0) & (rough > ROUGH_M) | high & (green > -1) & _wide(rough > VERY_ROUGH_M, grid)
+    surface = np.where(np.isnan(dsm), dtm, dsm)
+    rough = local_residual(surface, max(size, 3))
+    green = greenness(colour, surface, p, size)
+    doubtful = high & (green > -1) & _wide(rough > VERY_ROUGH_M, grid)
+    if even is not None:
+        doubtful &= ~even
+    seeds = high & (green > 0) & (rough > ROUGH_M) | doubtful
     kept = _large(binary_opening(seeds, np.ones((2, 2), bool)), grid)
     reach = max(round(REACH_M / grid.cell), 1)
     return np.asarray(binary_dilation(kept, iterations=reach, mask=high & (green > 0) | kept))
 
 
 def greenness(
-    colour: NDArray[np.float32] | None, shape: tuple[int, int], p: ColourVegetationParameters, size: int
+    colour: NDArray[np.float32] | None, heights: FloatArray, p: ColourVegetationParameters, size: int
 ) -> FloatArray:
     """(rows, cols) 1 at twice the threshold of the index, 0 at the threshold, -1 or below for what is clearly not green.
 
-    Both indices are ratios, so exposure does not change them; over a window they are ratios of sums, for the colours of
+    Both indices are ratios, so exposure does not change them; over the part of a window that has one level they are ratios of sums, for the colours of
     single dark cells are noise. Where the colour is unknown, or grey throughout, -0.5.
     """
     if colour is None:
-        return np.full(shape, -0.5)
+        return np.full(heights.shape, -0.5)
     c = colour.astype(np.float64)
     if c.shape[-1] >= NEAR_INFRARED_BANDS:
         upper, lower, limit = c[..., 3] - c[..., 0], c[..., 3] + c[..., 0], p.ndvi
     else:
         upper, lower, limit = 2 * c[..., 1] - c[..., 0] - c[..., 2], c[..., :3].sum(axis=-1), p.excess_green
     known = np.isfinite(upper) & (lower > 0)
-    above, below = (uniform_filter(np.where(known, v, 0.0), size, mode="nearest") for v in (upper, lower))
-    weight = uniform_filter(known.astype(float), size, mode="nearest")
-    return np.where(weight > 1e-6, (above / np.maximum(below, 1e-9) - limit) / max(abs(limit), 0.02), -0.5)
+    above, below = _sums_of_level(np.where(known, upper, 0.0), np.where(known, lower, 0.0), heights, size // 2)
+    return np.where(below > 0, (above / np.maximum(below, 1e-9) - limit) / max(abs(limit), 0.02), -0.5)
+
+
+def _sums_of_level(
+    upper: FloatArray, lower: FloatArray, heights: FloatArray, reach: int
+) -> tuple[FloatArray, FloatArray]:
+    """(rows, cols) sums of two values over the cells of a window, `reach` cells to each side, that are as high as its middle."""
+    rows, cols = heights.shape
+    wide = [np.pad(v, reach) for v in (upper, lower)]
+    level = np.pad(heights, reach, constant_values=np.nan)
+    sums = np.zeros((2, rows, cols))
+    for i in range(2 * reach + 1):
+        for j in range(2 * reach + 1):
+            part = slice(i, i + rows), slice(j, j + cols)
+            with np.errstate(invalid="ignore"):
+                same = np.abs(level[part] - heights) < LEVEL_M
+            for total, values in zip(sums, wide, strict=True):
+                total += np.where(same, values[part], 0.0)
+    return sums[0], sums[1]
 
 
 def _wide(rough: BoolArray, grid: Grid) -> BoolArray:

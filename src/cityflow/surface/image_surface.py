@@ -16,6 +16,7 @@ from cityflow.surface.colour_vegetation import ColourVegetationParameters, colou
 from cityflow.surface.cover import CoverParameters, classify
 from cityflow.surface.dtm import DtmParameters
 from cityflow.surface.dtm_morphological import MorphologicalParameters
+from cityflow.surface.even_patches import even_patches
 from cityflow.surface.fuse import Fused, FuseParameters, PointSource
 from cityflow.surface.fused_tile import FusedTile, fine_grid, fused_tile
 from cityflow.surface.ground_points import WORK_CELL_M
@@ -218,7 +219,8 @@ def _coarse(
     # beyond what is kept there is no terrain, and so nothing of this
     whole = median_of_filled(wide.filled, wide.surface.dsm, heights, factor, LEAST_SHARE)
     whole = np.where(np.isnan(whole) | np.isnan(terrain), terrain, whole)
-    green = colour_vegetation((whole, terrain), wide.colour if wide.colour.shape[2] else None, work, p.vegetation)
+    even = even_patches(wide.surface.dsm, wide.grid.cell, factor)
+    green = colour_vegetation((whole, terrain), wide.colour if wide.colour.shape[2] else None, work, p.vegetation, even)
     klass = classify(cloud, (whole, terrain), green, count_points(cloud, work), work, p.cover)
     count, sigma = np.zeros(work.shape, np.uint32), np.full(work.shape, np.nan, np.float32)
     count[part] = block_reduced(np.add, own.surface.count, factor)
