@@ -114,7 +114,7 @@ def test_another_run_and_the_state_before_an_update_are_compared(desk: RunDesk, 
 def test_a_run_of_another_place_is_refused(folder: Path, tmp_path: Path) -> None:
     other = Path(shutil.copytree(folder, tmp_path / "other"))
     desk = RunDesk(str(folder), "ann", [], lambda: None, other=str(other))
-    assert read(desk, "others") == [{"key": "run", "title": "other", "base": "../with/view/"}]
+    assert read(desk, "others") == [{"key": "run", "title": f"{tmp_path.name}/other", "base": "../with/view/"}]
     found = read(desk, "differences", of="run")
     assert (found["rows"], found["untouched"]) == ([], 5)
     far = replace(desk.run, catalog=replace(desk.run.catalog, reference=Reference("EPSG:25832", 25832, None, "UTM 32")))

@@ -232,6 +232,7 @@ class RunDesk:
                 self.pending = {**carried, **self.pending}
         if job.stand is not Stand.WITHDRAWN:
             self._refreshed()
+            self.warm.prepare()
 
     def _driver_ended(self) -> None:
         """The view of what another driver has made is written here; a rerun from here writes it itself."""

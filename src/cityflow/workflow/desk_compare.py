@@ -66,7 +66,7 @@ class Others:
 
     def _listed(self, _: Query) -> Json:
         """All states of the whole city: `key`, `title`, and where the files of another run's page are."""
-        found = [{"key": RUN, "title": self.other.rstrip("/").rsplit("/", 1)[-1], "base": f"../{FOLDER}/view/"}] if self.other else []  # fmt: skip
+        found = [{"key": RUN, "title": "/".join(self.other.rstrip("/").split("/")[-2:]), "base": f"../{FOLDER}/view/"}] if self.other else []  # fmt: skip
         for number in reversed(update_numbers(self._store)):
             of = read_update(self._store, number)
             found.append({"key": f"{UPDATE}{number}", "title": f"before update {number}: {of.former_title}, {of.former_date}", "base": ""})  # fmt: skip

@@ -19,7 +19,7 @@ const LIGHT = new Vector3(-0.6, -0.45, 0.66).normalize();
 
 export class Compare {
   constructor(page, root) {
-    Object.assign(this, { page, others: [], key: '', of: null, at: 0.5, other: null, group: null, rows: [], reading: 0 });
+    Object.assign(this, { page, others: [], key: '', of: null, at: null, other: null, group: null, rows: [], reading: 0 });
     this.choice = element('select', { 'aria-label': 'Compare with', id: 'compare-with', onchange: () => this.open(this.choice.value) });
     this.kind = element('select', { 'aria-label': 'Differences', id: 'compare-kind', hidden: true, onchange: () => this.#list() });
     this.told = element('p', { class: 'muted', id: 'compare-told' });
@@ -166,7 +166,9 @@ export class Compare {
   #part(title) {
     this.names[0].textContent = title;
     this.line.hidden = false;
-    this.part(this.at);
+    const { size: [width], aim, covered } = this.page.stage;
+    const { left, right } = aim ?? covered;
+    this.part(this.at ?? (width + left - right) / (2 * width));
     say('On the left the other state, on the right that of now. Drag the line, or move it with the arrow keys; c ends.');
   }
 
@@ -220,7 +222,7 @@ export class Compare {
     const count = (kind) => rows.filter((row) => row.kind === kind).length;
     const kinds = [...new Set(rows.map(({ kind }) => kind))];
     const more = [[bare, 'without a model in one of both'], [unclear, 'unclear']].filter(([names]) => names.length).map(([names, text]) => `, ${names.length} ${text}`);
-    this.told.textContent = `${kinds.length ? kinds.map((kind) => `${count(kind)} ${kind}`).join(', ') : 'No difference'}; ${untouched} are the same, ${compared} were compared and found as they were${more.join('')}.`;
+    this.told.textContent = `${kinds.length ? kinds.map((kind) => `${count(kind)} ${kind}`).join(', ') : 'No difference'}. Unchanged: ${untouched} with the same outline and model, ${compared} with another one, but by less than a change counts${more.join('')}.`;
     this.kind.hidden = kinds.length < 2;
     this.kind.replaceChildren(element('option', { value: '' }, `all ${rows.length} differences`), ...kinds.map((kind) => element('option', { value: kind }, `${count(kind)} ${kind}`)));
     this.#list();
