@@ -13,6 +13,7 @@ from cityflow.reporting.atlas_cell_faces import read_atlas_cells
 from cityflow.reporting.texture_figures import MOST_ATLAS_CELLS, texture_figures
 from cityflow.runs.current import CurrentRecords
 from cityflow.survey.survey import Survey
+from cityflow.viewer.texture_rows import MovedPhotograph
 
 
 class Textured:
@@ -83,6 +84,19 @@ def test_of_a_large_city_so_many_squares_are_read() -> None:
     assert found is not None
     assert (found.read, found.squares) == (MOST_ATLAS_CELLS, MOST_ATLAS_CELLS + 30)
     assert found.shares[1].textured == pytest.approx(0.4)
+
+
+def test_photographs_that_lie_beside_the_models_are_named() -> None:
+    store, records = run_of(1)
+    moved = [{"p": (2.0, -1.0), "q": (3.0, 0.0)}, {"p": (3.0, 0.0)}, {}]
+    texture = [record("texture", str(k), {}, {"textured": 1, "moved": m}) for k, m in enumerate(moved)]
+    found = texture_figures(store, cast(Survey, Textured()), CurrentRecords({"texture": texture}))
+    assert found is not None
+    assert found.moved_images == 2
+    assert found.moved == (MovedPhotograph("p", 2, 2.5, -0.5), MovedPhotograph("q", 1, 3.0, 0.0))
+    bare = texture_figures(store, cast(Survey, Textured()), records)
+    assert bare is not None
+    assert bare.moved == ()
 
 
 def test_corners_come_back_where_they_were() -> None:

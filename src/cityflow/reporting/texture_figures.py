@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -16,12 +17,14 @@ from cityflow.reporting.atlas_cell_faces import SET, AtlasCellFaces, atlas_cell_
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import atlas, texture
 from cityflow.survey.survey import Survey
-from cityflow.viewer.texture_rows import PlainFaces, SurfaceShare, TextureFigures
+from cityflow.viewer.texture_rows import MovedPhotograph, PlainFaces, SurfaceShare, TextureFigures
 
 MOST_ATLAS_CELLS = 64
 """Of more, so many are read, evenly spread over the city: shares do not change for the others, but time would."""
 UPRIGHT = 0.1
 """Faces whose normal climbs or falls by no more than this are façades."""
+MOST_MOVED = 20
+"""Photographs that are named."""
 KINDS = ("roofs", "façades", "undersides")
 
 
@@ -55,6 +58,27 @@ class _Sums:
                 self.plain[reason].append(m2)
 
 
+@dataclass
+class _Moved:
+    """Photographs that were moved to the edges of models, by name: buildings, and sums of hundredths of pixels to the right and down, whole in any order."""
+
+    sums: dict[str, list[int]] = field(default_factory=lambda: defaultdict(lambda: [0, 0, 0]))
+
+    def counted(self, result: Mapping[str, Any]) -> int:
+        """Textured faces of a building, whose photographs are added."""
+        for name, (right, down) in (result.get("moved") or {}).items():
+            more = 1, round(100 * right), round(100 * down)
+            self.sums[name] = [a + b for a, b in zip(self.sums[name], more, strict=True)]
+        return int(result.get("textured", 0))
+
+    def rows(self) -> tuple[MovedPhotograph, ...]:
+        rows = (
+            MovedPhotograph(name, n, round(right / n / 100, 2), round(down / n / 100, 2))
+            for name, (n, right, down) in self.sums.items()
+        )
+        return tuple(sorted(rows, key=lambda r: (-r.buildings, r.name)))
+
+
 def texture_figures(store: Store, survey: Survey, records: CurrentRecords) -> TextureFigures | None:
     """None where the run makes no textures."""
     if not survey.textures:
@@ -68,7 +92,8 @@ def texture_figures(store: Store, survey: Survey, records: CurrentRecords) -> Te
         sums.add(atlas_cell)
     # of a million buildings the results are gigabytes, so each goes when it is counted
     good = (r for r in records.as_stored(texture.NAME) if r.status in (Status.DONE, Status.DEGRADED))
-    faces = np.array([int(r.result.get("textured", 0)) for r in good], np.int64)
+    off = _Moved()
+    faces = np.array([off.counted(r.result) for r in good], np.int64)
     textured = sum(sums.textured.values())
     shares = tuple(SurfaceShare(k, sums.area[k], sums.textured[k] / sums.area[k]) for k in KINDS if sums.area[k] > 0)
     plain = (PlainFaces(reason, len(areas), sum(areas)) for reason, areas in sums.plain.items())
@@ -77,6 +102,7 @@ def texture_figures(store: Store, survey: Survey, records: CurrentRecords) -> Te
         _median(sums.gsds, sums.weights), sums.interpolated / textured if textured else None, len(sums.images),
         sum(int((r.result.get(SET) or {}).get("pages", 0)) for r in records.as_stored(atlas.NAME)),
         tuple(sorted(plain, key=lambda p: (-p.area_m2, p.reason))), len(read), len(paths),
+        off.rows()[:MOST_MOVED], len(off.sums),
     )  # fmt: skip
 
 

@@ -51,7 +51,7 @@ from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
 
 NAME = STAGE_TEXTURE
-VERSION = 12
+VERSION = 13
 TEXTURE = "texture.cfa"
 ORTHO_MARGIN_M = 8.0
 """The widest eaves and a little more; set by hand."""
@@ -146,7 +146,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     workspace.write(TEXTURE, encode_unit(made.texture, rings, parameters.placement))
     return workspace.outcome(
         *_status([*given.unread, *gone, *made.lost]),
-        {**made.figures, "notes": dict(made.notes), "lost": {**gone, **made.lost}},
+        {**made.figures, "notes": dict(made.notes), "lost": {**gone, **made.lost}, "moved": dict(made.moved)},
     )
 
 

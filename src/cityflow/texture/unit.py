@@ -17,6 +17,7 @@ from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.texture import Colour, FaceGrid, FaceKey, FacePlane, PlainFace, SeenFace, UnitTexture
 from cityflow.errors import CityflowError
+from cityflow.texture.alignment.align import aligned
 from cityflow.texture.burnt_out import burnt_cells, without_burnt
 from cityflow.texture.doubtful import without_doubtful
 from cityflow.texture.ortho_image import is_ortho
@@ -69,6 +70,10 @@ class TextureParameters(Parameters):
         "worst_gsd",
         description="order of the images of a face: by their coarsest sampling distance on it (Frommholz), or by share seen, angle, sampling distance (Gross)",
     )
+    align_px: float = Field(
+        6.0, ge=0, le=30,
+        description="photographs that significantly show models' edges beside where poses have them are moved, by up to this along each axis, pixels; 0: never",
+    )  # fmt: skip
     rank: RankingParameters = RankingParameters()
     visibility: VisibilityParameters = VisibilityParameters()
     redundancy: RedundancyParameters = RedundancyParameters()
@@ -105,12 +110,14 @@ class TexturedUnit:
     figures : on how they came about
     notes : what was done otherwise than asked for → on how many faces
     lost : image name → why it could not be read; the textures are made without these images
+    moved : image name → pixels to the right and down by which its pose was moved to the edges of the models
     """
 
     texture: UnitTexture
     figures: Mapping[str, float | int]
     notes: Mapping[str, int] = field(default_factory=dict)
     lost: Mapping[str, str] = field(default_factory=dict)
+    moved: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,12 +158,12 @@ def texture_unit(
 def _attempted(
     faces: Sequence[FacePlane], images: Sequence[ColourImage], around: Surroundings, parameters: TextureParameters
 ) -> TexturedUnit | None:
-    """Textures of a unit; None where the white level of an image cannot be told because it cannot be read."""
+    """Textures of a unit; None where the white level or the place of an image cannot be told because it cannot be read."""
+    scene = Scene.of(around.heights, around.grid, around.own, around.others, parameters.visibility)
     try:
-        sources = sources_of(images)
+        sources, moved = aligned(sources_of(images), [*around.own, *around.others], scene, parameters.align_px)
     except CityflowError:
         return None
-    scene = Scene.of(around.heights, around.grid, around.own, around.others, parameters.visibility)
     looked = [_looked_at(f, sources, scene, around.wall_sigma_m, parameters) for f in faces]
     used = {image for f in looked for image in _own(f)}
     orthos = {k for k, s in enumerate(sources) if is_ortho(s.image)}
@@ -170,7 +177,7 @@ def _attempted(
         tuple(s.image.name for s in sources), tuple(p.raw for p in found.values()), tuple(p.rectified for p in found.values()), plain
     )  # fmt: skip
     notes = Counter(note for p in found.values() for note in p.notes)
-    return TexturedUnit(texture, _figures(looked, found), dict(sorted(notes.items())))
+    return TexturedUnit(texture, _figures(looked, found), dict(sorted(notes.items())), moved=moved)
 
 
 def _looked_at(

@@ -24,6 +24,16 @@ class SurfaceShare:
 
 
 @dataclass(frozen=True, slots=True)
+class MovedPhotograph:
+    """A photograph that shows edges of models beside where its pose has them: at how many buildings, and the mean there, pixels to the right and down."""
+
+    name: str
+    buildings: int
+    right_px: float
+    down_px: float
+
+
+@dataclass(frozen=True, slots=True)
 class TextureFigures:
     """Textures of a run, areas weighted by m².
 
@@ -36,6 +46,7 @@ class TextureFigures:
     interpolated : share of the textured area that no image sees, filled from around
     images : photographs that are in them;  pages : atlas pages of one set
     plain : faces without, by reason, the largest area first
+    moved : photographs that were moved to the edges of models, those at most buildings first;  moved_images : how many there are
     read, squares : of how many squares of the atlas shares, areas, images and reasons were read, and how many there are
     """
 
@@ -50,3 +61,5 @@ class TextureFigures:
     plain: tuple[PlainFaces, ...]
     read: int = 1
     squares: int = 1
+    moved: tuple[MovedPhotograph, ...] = ()
+    moved_images: int = 0
