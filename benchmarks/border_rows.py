@@ -49,6 +49,7 @@ class KnownRow:
     borders : (B,) u of the true borders across it, metres
     group : (S,) as `row_choice.Row` has it;  groups : how many of the borders have a station
     may : (S,) stations that may be borders; None where all may
+    weight : how much the row counts in a fit
     """
 
     block: int
@@ -58,6 +59,7 @@ class KnownRow:
     group: IntArray
     groups: int
     may: BoolArray | None = None
+    weight: float = 1.0
 
 
 def strips_within(evidence: SplitEvidence) -> list[tuple[AxisStrip, Polygon, SplitEvidence, SegmentPoints]]:

@@ -92,13 +92,14 @@ def unlikelihood(
         if not np.isfinite(true.log_sum):  # units narrower than any that the model allows
             continue
         any_ = choose(Row(odds, *row.ends, np.full(len(odds), ANY), 0), factors, modes)
-        total += any_.log_sum - true.log_sum
-        border, units = (any_.border - true.border) * free, any_.units - true.units
+        total += row.weight * (any_.log_sum - true.log_sum)
+        border, units = row.weight * (any_.border - true.border) * free, row.weight * (any_.units - true.units)
         slope[0] += border.sum()
         slope[1 : 1 + COLUMNS] += ramp.T @ border
         of_width = units.sum(axis=0)
         slope[WIDTHS] += shares[1:].T @ of_width[1:]
-        slope[[OPEN, REGULAR, MODE]] += of_width[0], (units * regular).sum(), (any_.modes - true.modes)[1:].sum()
+        modes_off = row.weight * (any_.modes - true.modes)[1:].sum()
+        slope[[OPEN, REGULAR, MODE]] += of_width[0], (units * regular).sum(), modes_off
     bend = np.diff(np.eye(len(WIDTHS_M)), 2, axis=0)
     w, v, rest = x[1 : 1 + COLUMNS], x[WIDTHS], x[WIDTHS.start :] - keep.given
     total += keep.small * float(w @ w) + keep.even * float(((bend @ v) ** 2).sum()) + keep.near * float(rest @ rest)
@@ -126,6 +127,9 @@ def fitted(rows: Sequence[KnownRow], keep: Kept = STREETS) -> Weights:
 def named(row: KnownRow, weights: Weights) -> list[tuple[float, float]]:
     odds = allowed(row, station_odds(row.table, weights))
     found = choose(Row(odds, *row.ends, np.full(len(odds), ANY), 0), *width_factors(weights))
+    if row.may is not None:  # places, of which each is named by itself
+        order = np.argsort(-found.border, kind="stable")
+        return [(float(row.table.u[k]), float(found.border[k])) for k in order if found.border[k] >= NAMED]
     return [(u, p) for u, p in borders_of_row(row.table.u, found.border) if p >= NAMED]
 
 

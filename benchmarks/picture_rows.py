@@ -1,7 +1,7 @@
 """Rows with known borders, as the model of borders with pictures sees them: places that are proposed along the strips of outlines, and what shows there.
 
     python benchmarks/picture_rows.py --cache FOLDER RUN SURVEY [RUN SURVEY ...]     # of flights: kept as FOLDER/NAME.rows, NAME that of SURVEY's parent
-    python benchmarks/picture_rows.py --cache FOLDER --drawn                         # of drawn rows and a drawn town
+    python benchmarks/picture_rows.py --cache FOLDER --drawn                         # of drawn rows, a drawn town, and groups of buildings
 
 `fit_borders.py --pictures` fits weights to the files of a folder.
 """
@@ -29,6 +29,7 @@ from cityflow.splitting.cuts.cuts import free_ends, proposals, reach
 from cityflow.splitting.strips.strip_evidence import look_at_strip
 from cityflow.splitting.strips.strip_rasters import facade_cells
 from drawn_town import drawn_town, true_borders
+from scenes import drawn_farms
 from scenes.drawn_evidence import split_evidence
 from split_flights import evidences_of, truth_of
 from split_town import given
@@ -40,6 +41,10 @@ END_M = 1.0
 CELL_M = 0.15
 SCENES = {("row", True): range(5000, 5006)}
 STREETS, TOWN = range(6000, 6028), (402, 100)
+GROUPS = {"farm": 24, "barns": 24, "winged": 24, "church": 24, "hall": 8}
+"""How many of each kind (`scenes/drawn_farms.py`), from seed 8000 on."""
+GROUP_WEIGHT = 0.3
+"""Drawn groups count less than photographed rows: they tell how steps are taken, not how often there is a border."""
 CHANGES: dict[str, Sequence[int]] = {
     "roof": (0,), "eave": (1,), "facade": (2,), "all": (0, 1, 2), "two": (), "same": (), "shadow": (),
 }  # fmt: skip
@@ -57,7 +62,7 @@ def rows_of(block: int, evidence: SplitEvidence, lines: Sequence[LineString]) ->
     for strip, part, shown, points in strips_within(evidence):
         seen, free = look_at_strip(strip, part, shown, points, cells), free_ends(strip, part)
         u = np.array(proposals(seen, free))
-        values = picture_table(*places_of(seen, u.tolist(), reach(strip, free)), strip)
+        values = picture_table(*places_of(seen, part, u.tolist(), reach(strip, free)), strip, free)
         borders = borders_across(strip, lines)
         stations = strip.stations[0] + STATION_M * np.arange(int(strip.length / STATION_M) + 1)
         rows.append(known_row(block, stations, (u, values), borders, (0 if free[0] else -1, 0 if free[1] else -1)))
@@ -159,8 +164,17 @@ def town_rows(seed: int, size: int) -> list[KnownRow]:
     return rows
 
 
+def group_rows() -> list[KnownRow]:
+    """Farms, barns end to end, and wings, churches and halls that have no border."""
+    rows = []
+    for kind, number in GROUPS.items():
+        for seed in range(8000, 8000 + number):
+            rows += rows_of(seed, *drawn_farms.group_evidence(kind, seed))
+    return [replace(row, weight=GROUP_WEIGHT) for row in rows]
+
+
 def drawn_rows() -> list[KnownRow]:
-    rows = street_rows(STREETS) + town_rows(*TOWN)
+    rows = street_rows(STREETS) + town_rows(*TOWN) + group_rows()
     for (kind, clean), seeds in SCENES.items():
         rows += scene_rows(kind, clean, seeds)
     return rows

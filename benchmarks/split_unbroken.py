@@ -132,7 +132,7 @@ def _towers(
 
 def points_of(scene: Scene, rng: np.random.Generator) -> FloatArray:
     """(N, 6) u, v, z, colours of ground, roofs and walls."""
-    uv = _lattice((-8.0, scene.length + 8.0), (-14.0, scene.depth + 14.0))
+    uv = lattice((-8.0, scene.length + 8.0), (-14.0, scene.depth + 14.0))
     beside = (uv[:, 0] < 0) | (uv[:, 0] > scene.length) | (uv[:, 1] < 0) | (uv[:, 1] > scene.depth)
     ground = np.column_stack([uv, np.zeros(len(uv)), np.tile([96.0, 112.0, 84.0], (len(uv), 1))])[beside]
     parts = [ground, *(_house(h, scene) for h in scene.houses)]
@@ -143,13 +143,13 @@ def points_of(scene: Scene, rng: np.random.Generator) -> FloatArray:
     return points
 
 
-def _lattice(a: tuple[float, float], b: tuple[float, float]) -> FloatArray:
+def lattice(a: tuple[float, float], b: tuple[float, float]) -> FloatArray:
     first, second = (np.arange(lo + SPACING_M / 2, hi, SPACING_M) for lo, hi in (a, b))
     return np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def _house(house: House, scene: Scene) -> FloatArray:
-    uv = _lattice((house.u_0, house.u_1), (0.0, scene.depth))
+    uv = lattice((house.u_0, house.u_1), (0.0, scene.depth))
     z = house.eaves + house.slope * (scene.depth / 2 - np.abs(uv[:, 1] - scene.depth / 2))
     colour = np.tile(house.roof, (len(uv), 1))
     colour[(uv[:, 1] > scene.depth / 2) & (house.slope > 0)] *= 0.65
@@ -159,7 +159,7 @@ def _house(house: House, scene: Scene) -> FloatArray:
         colour[on] = (170, 165, 160)
     parts = [np.column_stack([uv, z, colour])]
     for v in (0.0, scene.depth):
-        uz = _lattice((house.u_0, house.u_1), (0.0, house.eaves))
+        uz = lattice((house.u_0, house.u_1), (0.0, house.eaves))
         wall = np.tile(house.wall, (len(uz), 1))
         at, above = (uz[:, 0] - house.u_0) % 3.0, uz[:, 1] % 2.8
         wall[(np.abs(at - 1.5) < 0.7) & (above > 0.9) & (above < 2.2)] = (50, 55, 62)
@@ -213,17 +213,17 @@ def evidence_of(scene: Scene, survey: Survey, rng: np.random.Generator) -> tuple
     lit = points.copy()
     for u, slant, gain in scene.seams:
         lit[lit[:, 0] > u + slant * (lit[:, 1] - scene.depth / 2), 3:] *= 1 + gain
-    frames = tuple(frame_of(name, _turned(lit if name == "nadir" else points, turn), survey, rng) for name in LOOKS)
+    frames = tuple(frame_of(name, turned(lit if name == "nadir" else points, turn), survey, rng) for name in LOOKS)
     outline = affinity.translate(
         affinity.rotate(box(0, 0, scene.length, scene.depth), turn, origin=(0, 0)), *(ORIGIN[:2] + 30)
     )
     middles = np.array([[h.u_1, scene.depth / 2] for h in scene.houses[:-1]]).reshape(-1, 2)
-    true = _turned(np.column_stack([middles, np.zeros((len(middles), 4))]), turn)[:, :2]
+    true = turned(np.column_stack([middles, np.zeros((len(middles), 4))]), turn)[:, :2]
     assert isinstance(outline, Polygon)
     return SplitEvidence("made", outline, frames, 0.0), true
 
 
-def _turned(points: FloatArray, deg: float) -> FloatArray:
+def turned(points: FloatArray, deg: float) -> FloatArray:
     c, s = np.cos(np.radians(deg)), np.sin(np.radians(deg))
     turned = points.copy()
     turned[:, :2] = points[:, :2] @ np.array([[c, s], [-s, c]]) + ORIGIN[:2] + 30.0

@@ -142,7 +142,7 @@ def test_two_places_at_one_station_are_one_border() -> None:
 
 
 def test_a_step_of_a_storey_between_equal_colours_is_doubted() -> None:
-    step = {"step_sigmas": 9.0, "step": 0.9, "marked": 1.0, "sloped": 0.9, "upright": 0.9}
+    step = {"step": 0.9, "marked": 1.0, "sloped": 0.9, "upright": 0.9}
     own, same = (
         place_probabilities(*_shown((14.0,), **kind, **step, storey_alike=alike), _row(), (True, True))[0]
         for kind, alike in ((CLEAR, 0.0), (ALIKE, 1.0))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from cityflow.splitting.borders.picture_features import picture_table
 from cityflow.splitting.borders.place_evidence import places_of
 from cityflow.splitting.borders.station_features import FEATURES
@@ -26,13 +28,14 @@ def test_features_at_a_border_and_beside_it() -> None:
     border = float(strip.stations[0] + strip.stations[-1]) / 2
     assert min(abs(u - border) for u in proposals(seen, free)) < 0.2
     u = [border - 3.0, border, border + 3.0]
-    values = picture_table(*places_of(seen, u, reach(strip, free)), strip)
+    values = picture_table(*places_of(seen, evidence.outline, u, reach(strip, free)), strip, free)
     table = dict(zip([f.name for f in FEATURES], values.T.tolist(), strict=True))
     assert table["roof_sigmas"][1] > 5.0 > 1.0 > max(table["roof_sigmas"][0], table["roof_sigmas"][2])
     assert table["facade_sigmas"][1] > 5.0
     assert table["other_facade_sigmas"][1] > 3.0
     assert table["roof_alike"][1] < 0.1 < 0.5 < min(table["roof_alike"][0], table["roof_alike"][2])
-    assert table["step_sigmas"][1] < 2.0
+    assert max(table["turned_step"]) < 0.1
+    assert table["smaller_m2"][1] == pytest.approx(evidence.outline.area / 2, rel=0.05)
     assert table["narrower_m"] == [0.0, 0.0, 0.0]
 
 

@@ -27,8 +27,8 @@ def picture_candidates(seen: StripEvidence, part: Polygon, aspect_sigma_deg: flo
     """
     free = free_ends(seen.strip, part)
     proposed = proposals(seen, free)
-    places, usual = places_of(seen, proposed, reach(seen.strip, free))
-    each = place_probabilities(np.array(proposed), picture_table(places, usual, seen.strip), seen.strip, free)
+    places, usual = places_of(seen, part, proposed, reach(seen.strip, free))
+    each = place_probabilities(np.array(proposed), picture_table(places, usual, seen.strip, free), seen.strip, free)
     found = []
     for u, place, chance in zip(proposed, places, np.minimum(each, MOST).tolist(), strict=True):
         line = line_at(seen.strip, part, u)

@@ -7,6 +7,7 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.splitting.borders.place_evidence import Across, Place, Usual
 from cityflow.splitting.borders.station_features import FEATURES
+from cityflow.splitting.scores.roof_step import RoofStep
 from cityflow.splitting.strips.axis_strips import AxisStrip
 
 LEAST_STEP_M, STEP_SIGMAS = 0.08, 2.0
@@ -25,17 +26,31 @@ CLEAR = 3.0
 STEEP_VALLEY, SLICED, UPRIGHT = 0.5, (0.35, 0.75), (0.3, 0.8)
 """Slope, share of the depth and share of the height with segments that are clear; of the latter two, below the first they say nothing."""
 STOREY_M = (2.0, 2.6)
+STEP_M, RIDGE_STEP_M = (0.2, 0.8), (0.3, 1.0)
+"""Steps that are clear; and by which a ridge across the row is none: two roofs end there."""
 SHORT_M = 12.0
 
 
-def picture_table(places: list[Place], usual: Usual, strip: AxisStrip) -> FloatArray:
-    """(P, F) a row for each place, a column for each of `FEATURES`; NaN where not known."""
+def picture_table(places: list[Place], usual: Usual, strip: AxisStrip, free: tuple[bool, bool]) -> FloatArray:
+    """(P, F) a row for each place, a column for each of `FEATURES`; NaN where not known.
+
+    Parameters
+    ----------
+    free : whether the row ends with the strip, at its first and last chord; the length of one that goes on is not known
+    """
     rows = []
     for place in places:
         known = dict(zip([f.name for f in FEATURES], place.shape.tolist(), strict=True))
         known |= _of_roof(place, usual) | _of_facades(place, usual) | _of_slices(place)
-        known |= {"narrower_m": place.narrower_m, "short_m": max(SHORT_M - strip.chain_m, 0.0)}
-        known |= _of_all(place, known)
+        known |= {
+            "narrower_m": place.narrower_m,
+            "smaller_m2": place.smaller_m2,
+            "short_m": max(SHORT_M - strip.chain_m, 0.0),
+        }
+        known["ridge"] *= 1.0 - _ramp(place.near.step.size, RIDGE_STEP_M)
+        known |= _of_all(place, usual, known)
+        if not all(free):
+            known["lengthwise"] = np.nan
         rows.append([known[f.name] for f in FEATURES])
     return np.array(rows, np.float64).reshape(-1, len(FEATURES))
 
@@ -44,12 +59,13 @@ def _of_roof(place: Place, usual: Usual) -> dict[str, float]:
     near, step = place.near, place.near.step
     level = _level(near)
     return {
-        "step_sigmas": _step_sigmas(near, usual),
         "valley_slope": max(min(-step.before, step.after), 0.0), "ridge_slope": max(min(step.before, -step.after), 0.0),
+        "saw": _saw(step),
         "roof_sigmas": level * _coloured(near) * near.roof / usual.roof,
         "roof_far_sigmas": _level(place.far) * _coloured(place.far) * place.far.roof / usual.roof,
         "hue_sigmas": _coloured(near) * near.hue / (BENT_NOISE * usual.roof),
         "roof_alike": _alike(_dimmed(near) * near.roof / usual.roof) if level > 0.5 else np.nan,
+        "turned_step": place.turned * _ramp(step.size, STEP_M),
     }  # fmt: skip
 
 
@@ -73,9 +89,10 @@ def _of_slices(place: Place) -> dict[str, float]:
     }  # fmt: skip
 
 
-def _of_all(place: Place, known: dict[str, float]) -> dict[str, float]:
+def _of_all(place: Place, usual: Usual, known: dict[str, float]) -> dict[str, float]:
     """How far kinds of evidence agree, or speak against each other."""
-    shape = max(_clear(known["step_sigmas"]), min(known["valley_slope"] / STEEP_VALLEY, 1.0), _known(known["marked"]))
+    steps = _clear(_step_sigmas(place.near, usual))
+    shape = max(steps, min(known["valley_slope"] / STEEP_VALLEY, 1.0), _known(known["marked"]))
     colour = max(_clear(known["roof_sigmas"]), _clear(known["hue_sigmas"]))
     facades = _clear(known["facade_sigmas"]), _clear(known["other_facade_sigmas"])
     segments = 0.5 * (_ramp(known["sloped"], SLICED) + _ramp(known["upright"], UPRIGHT) + _clear(max(place.pipes)))
@@ -92,6 +109,13 @@ def _step_sigmas(across: Across, usual: Usual) -> float:
         return float("nan")
     noise = float(np.hypot(usual.height_m, UNREST_SIGMAS * step.unrest))
     return step.size / noise * float((np.abs(step.groups) > max(LEAST_STEP_M, STEP_SIGMAS * noise)).mean()) ** 2
+
+
+def _saw(step: RoofStep) -> float:
+    """Slope of the flatter of two roofs that rise alike along the row, where the step leads back down."""
+    if step.before * step.after <= 0 or float(np.median(step.groups)) * step.before >= 0:
+        return 0.0
+    return min(abs(step.before), abs(step.after))
 
 
 def _level(across: Across) -> float:

@@ -7,12 +7,15 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.splitting.borders.roof_marks import roof_marks, roof_rows
 from cityflow.splitting.borders.station_features import station_table
+from cityflow.splitting.cuts.cut_chords import cut_off_m2
 from cityflow.splitting.scores.border_sides import Sides
 from cityflow.splitting.scores.facade_change import facade_change
+from cityflow.splitting.scores.ridge_turn import ridge_turn, roof_slopes
 from cityflow.splitting.scores.roof_change import is_light, roof_change
 from cityflow.splitting.scores.roof_step import RoofStep, roof_step
 from cityflow.splitting.strips.axis_strips import AxisStrip
@@ -59,6 +62,8 @@ class Place(NamedTuple):
     vertical, pipes : of both façades the share of their height with upright segments, and how distinct a stripe stands
     sloped : share of the depth along which other segments lie
     narrower_m : by how much the house is narrower on one side, at the façade where it steps less; 0 where one does not, or steps the other way
+    turned : how far the ridge turns, 0 to 1 for a right angle; NaN where a roof is level or not known
+    smaller_m2 : area of the smaller part that a line there leaves
     shape : what the table of stations has there, by the features of the roof's shape and of the outline
     """
 
@@ -68,6 +73,8 @@ class Place(NamedTuple):
     pipes: tuple[float, float]
     sloped: float
     narrower_m: float
+    turned: float
+    smaller_m2: float
     shape: FloatArray
 
 
@@ -79,15 +86,16 @@ class Usual(NamedTuple):
     facade: float = FACADE_FLOOR
 
 
-def places_of(seen: StripEvidence, places: Sequence[float], whole: Sides) -> tuple[list[Place], Usual]:
+def places_of(seen: StripEvidence, part: Polygon, places: Sequence[float], whole: Sides) -> tuple[list[Place], Usual]:
     """What is known at each of the places, which ascend, and what is usual in between.
 
     Parameters
     ----------
+    part : of the outline, that a border would cross
     whole : how far one may look
     """
     marks = roof_marks(roof_rows(seen.roof), seen.roof.u)
-    table = station_table(seen.strip, seen.roof, marks, seen.slices)
+    table, slopes = station_table(seen.strip, seen.roof, marks, seen.slices), roof_slopes(seen.roof)
     found = []
     for u in places:
         left = max([p for p in places if p < u - LEAST_SIDE_M], default=whole.left)
@@ -96,7 +104,7 @@ def places_of(seen: StripEvidence, places: Sequence[float], whole: Sides) -> tup
         found.append(
             Place(
                 across(seen, u, Sides(left, right)), across(seen, u, whole), upright, pipes, sloped,
-                _narrower_m(seen.strip, u), table.around(u),
+                _narrower_m(seen.strip, u), ridge_turn(slopes, u), cut_off_m2(seen.strip, part, u), table.around(u),
             )
         )  # fmt: skip
     return found, usual_changes(seen, places)

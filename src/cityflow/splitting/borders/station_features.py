@@ -54,9 +54,9 @@ SHAPE = (
 )  # fmt: skip
 
 PICTURES = (
-    Feature("step_sigmas", "ratio", "step over what is usual in the row, less where only parts of the depth step", 1, (1.0, 2.0, 4.0, 7.0)),
     Feature("valley_slope", "tangent", "slope of the flatter of two sides that fall to the place", 1, (0.15, 0.3, 0.6)),
     Feature("ridge_slope", "tangent", "slope of the flatter of two sides that rise to it", -1, (0.15, 0.4)),
+    Feature("saw", "tangent", "slope of the flatter of two roofs that rise alike where the step leads back down: sheds of one hall", -1, (0.1, 0.3)),
     Feature("narrower_m", "m", "narrower on one side at both façades, at the one that steps less: a choir, a wing", -1, (0.3, 1.0, 2.0)),
     Feature("roof_sigmas", "ratio", "lasting change of the roof's colour over what is usual", 1, (1.0, 2.0, 4.0, 7.0)),
     Feature("roof_far_sigmas", "ratio", "the same as far as one may look", 1, (1.0, 2.0, 4.0)),
@@ -73,6 +73,8 @@ PICTURES = (
     Feature("clearest", "share", "how clear the clearest of roof's shape, roof's colour and façades is", 1, (0.3, 0.6, 0.9)),
     Feature("second", "share", "the second clearest of these, both façades and segments", 1, (0.3, 0.6, 0.9)),
     Feature("storey_alike", "share", "a step of a storey or more between equal colours: parts of one building", -1, (0.5, 1.0)),
+    Feature("turned_step", "share", "how far the ridge turns where the roof steps: a wing with eaves and a ridge of its own", 1, (0.3, 0.7)),
+    Feature("smaller_m2", "m²", "area of the smaller part that a line there leaves: a bay, a porch, or as large as a building", 1, (40.0, 100.0, 250.0, 600.0)),
     Feature("short_m", "m", "by how much the row is shorter than 12 m", -1, (2.0, 6.0)),
 )  # fmt: skip
 FEATURES = (*SHAPE, *PICTURES)

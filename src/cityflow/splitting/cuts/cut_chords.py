@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import shapely
 from shapely import LineString, Point, Polygon
+from shapely.ops import split
 
 from cityflow.core.arrays import FloatArray
 from cityflow.splitting.strips.axis_strips import AxisStrip
@@ -13,6 +14,8 @@ CORNER_M = 0.2
 """A border this near to a corner of the outline runs through it."""
 BEYOND_M = 1.0
 """Borders are prolonged by this before they are trimmed to the outline: it is not the one that its skeleton comes from, bit for bit."""
+OVER_M = 0.6
+"""A line is prolonged by this to see what it cuts off."""
 GRAZE_M = 0.06
 """A wall nearer than this along an end of a line is grazed, not crossed."""
 OFF_CORNER_M = 0.01
@@ -30,6 +33,14 @@ def line_at(strip: AxisStrip, outline: Polygon, u: float) -> LineString | None:
     ]
     chord = min(parts, key=middle.distance, default=None)
     return None if chord is None else _ending_at_corners(chord, outline)
+
+
+def cut_off_m2(strip: AxisStrip, outline: Polygon, u: float) -> float:
+    """Area of the smaller part that the chord at u leaves of the outline; 0 where it does not part it."""
+    low, high = strip.ends_at(u)
+    chord = LineString(strip.to_world(np.array([[u, low - OVER_M], [u, high + OVER_M]])))
+    areas = sorted(part.area for part in split(outline, chord).geoms)
+    return float(areas[-2]) if len(areas) > 1 else 0.0
 
 
 def turned(line: LineString, direction_deg: float, outline: Polygon) -> LineString:
