@@ -19,7 +19,7 @@ from cityflow.adjustment.control_residuals import ControlFigures, point_residual
 from cityflow.adjustment.given_poses import LENS_SIGMA, Exactness
 from cityflow.adjustment.kept_out_ties import gained
 from cityflow.adjustment.mounts import Mounts, mounts_of
-from cityflow.adjustment.refinement import KEPT_OUT, Refinement, in_pixels, weak_images
+from cityflow.adjustment.refinement import CELLS, KEPT_OUT, Refinement, in_pixels, weak_images
 from cityflow.adjustment.tracks import Ties, spread
 from cityflow.adjustment.triangulation import triangulated
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
@@ -30,9 +30,6 @@ PLAIN_M, VERTICAL = 2.0, 1.5
 """Of a position whose standard deviations are not stated: what a plain receiver reaches in plan, and how much worse its heights are (a rule of thumb)."""
 FEW_POSITIONS = 10
 """Fewer do not tell how exact they are: what is stated holds; set by hand, as are those below."""
-CELLS = 24
-"""Of the grid in which the tie points of an image are spread, along its longer side. Cameras and heights are told by many points: half of them make focal
-lengths a quarter less sure (docs/results.md)."""
 OPEN_FOCAL = 0.005
 """A focal length that is less certain than this share is held."""
 HELD_SIGMA = 1e-7

@@ -106,6 +106,8 @@ async def _end_workers(cluster: LocalCluster) -> None:
 
 @contextmanager
 def _remote(address: str, connect_s: float) -> Iterator[Client]:
+    # A connection that is closed while something is sent is told with a traceback, which says nothing to whoever pressed Ctrl-C
+    logging.getLogger("distributed.batched").setLevel(logging.WARNING)
     client = _client(address, connect_s)
     if client is None:
         # What is left of it closes itself when it is collected; if that happened while another client starts, both would wait for ever

@@ -26,7 +26,7 @@ from cityflow.handover.refined_block import encode_refinement
 from cityflow.handover.tie_files import decode_features
 from cityflow.stages.orient import ADJUST, BLOCK, BLOCK_FILE, POINTS_FILE, WHOLE_BLOCK
 
-VERSION = 6
+VERSION = 7
 LEAST_VIEWS, MOST_ERROR_PX = 3, 2.0
 """Tie points that become the catalog's: so many images show them, with a mean reprojection error below this; set by hand."""
 Numbers = tuple[float, float, float]
