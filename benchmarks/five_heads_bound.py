@@ -17,11 +17,10 @@ import numpy as np
 
 from cityflow.adjustment.block import INTERIOR, Block, residuals
 from cityflow.adjustment.control import Control, control_of, joined
-from cityflow.adjustment.georeferencing import CELLS
 from cityflow.adjustment.given_poses import Exactness, Unknowns, prior_of
 from cityflow.adjustment.mounts import mounts_of
 from cityflow.adjustment.normal_equations import Normal
-from cityflow.adjustment.refinement import KEPT_OUT
+from cityflow.adjustment.refinement import CELLS, KEPT_OUT
 from cityflow.adjustment.tracks import Ties, of_tracks, spread
 from five_heads import (
     FEATURE_PX,
