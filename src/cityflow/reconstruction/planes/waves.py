@@ -115,7 +115,7 @@ def _pair(p: int, q: int) -> tuple[int, int]:
 
 
 def _lost(squares: _Squares, members: IntArray, plane: FloatArray) -> float:
-    """Square metres of height that a plane leaves, weighted."""
+    """Weighted sum of the squares of the heights that a plane leaves, m²."""
     off = np.minimum(np.abs(squares.height[members] - squares.at[members] @ plane), MOST_OFF_M)
     return float(np.sum(squares.weight[members] * off**2))
 

@@ -29,7 +29,6 @@ class HeightChange:
     share : of the parts that step clearly, 0 to 1
     significance : step over its usual size where nothing changes
     slope : (S, 2) mean slope along the axis before and after
-    signed_m : median step over the whole depth, with its sign
     valley : by how much the roof bends up where it falls before and rises after; 0 elsewhere
     """
 
@@ -37,7 +36,6 @@ class HeightChange:
     share: FloatArray
     significance: FloatArray
     slope: FloatArray
-    signed_m: FloatArray
     valley: FloatArray
     u: FloatArray
     rows: FloatArray
@@ -63,7 +61,7 @@ def height_change(roof: RoofRaster, stations: FloatArray, window_m: float, guard
     slope = np.column_stack([_median(slope_before), _median(slope_after)])
     steep = np.minimum(-slope[:, 0], slope[:, 1])
     valley = np.where(steep > VALLEY_SLOPE, slope[:, 1] - slope[:, 0], 0.0)
-    return HeightChange(step_m, share, step_m / noise, slope, _median(grouped), valley, roof.u, rows)
+    return HeightChange(step_m, share, step_m / noise, slope, valley, roof.u, rows)
 
 
 def _rows(roof: RoofRaster, width: int) -> FloatArray:
