@@ -8,7 +8,7 @@ from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud
 from cityflow.evaluation.terrain_accuracy import terrain_errors, terrain_zones
 from cityflow.surface.dtm import DtmParameters, Method, chosen_method
-from cityflow.surface.dtm_morphological import objects_by_opening, without_terrain
+from cityflow.surface.dtm_morphological import estimate_dtm, objects_by_opening, without_terrain
 from cityflow.surface.ground_points import WORK_CELL_M, lowest_surface
 from cityflow.surface.image_surface import ImageSurfaceParameters
 from cityflow.surface.rasterise import count_points
@@ -82,3 +82,23 @@ def test_walls_that_matching_has_smeared_are_walls_and_banks_are_none(foot: floa
     found = without_terrain(low, objects_by_opening(low, p), measured, p)
     assert found[57:63, 40:80].mean() == (1.0 if building else 0.0)
     assert not found[:40].any()
+
+
+def _ends(slope: float, house: float, seed: int) -> np.ndarray:
+    """(N, 3) points of 120 m by 80 m that rise to the north; at the northern end the southern 6 m of a row of houses, 80 m long and `house` metres high."""
+    rng = np.random.default_rng(seed)
+    xy = rng.uniform((0, 0), (120, 80), (40_000, 2))
+    z = slope * xy[:, 1] + rng.normal(0, 0.03, len(xy))
+    z[(np.abs(xy[:, 0] - 60) < 40) & (xy[:, 1] > 74)] += house
+    return np.column_stack([xy, z])
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("slope", [0.0, 0.1, 0.35, -0.35])
+def test_a_row_of_houses_that_the_survey_cuts_through_is_no_terrain(slope: float, seed: int) -> None:
+    p = ImageSurfaceParameters().dtm.morphological
+    grid = Grid.covering((0.0, -40.0, 120.0, 120.0), WORK_CELL_M)
+    for house in (6.0, 0.0):
+        found = estimate_dtm(PointCloud.of(_ends(slope, house, seed)), np.empty(0), grid, p)[40:120]
+        _, y = grid.centres()
+        assert np.abs(found - slope * y[40:120]).max() < (0.3 + abs(slope) * 6 if house else 0.3)

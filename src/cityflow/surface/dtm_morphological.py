@@ -15,12 +15,15 @@ from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
-from cityflow.surface.gridding import bridge_gaps
+from cityflow.surface.gridding import bridge_gaps, mirrored_beyond
 from cityflow.surface.ground_points import WORK_CELL_M, lowest_surface, refine, work_grid
 from cityflow.surface.rasterise import count_points
 from cityflow.surface.smooth_regions import smooth_regions
+from cityflow.surface.surveyed import closed
 from cityflow.surface.terraces import TerraceRule, without_terraces
 
+GAP_M = 20.0
+"""Gaps narrower than twice this belong to the survey, metres: as in `surveyed`."""
 LEAST_HEIGHT_M = 0.3
 """Lowest object, metres; set by hand on synthetic scenes, as are the next three."""
 MOST_HEIGHT_M = 2.5
@@ -78,8 +81,13 @@ def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: Mo
     """
     del dsm
     work = work_grid(grid)
-    low = lowest_surface(points, work)
     measured = count_points(points, work) > 0
+    low = mirrored_beyond(
+        lowest_surface(points, work),
+        measured,
+        closed(measured, GAP_M / WORK_CELL_M),
+        parameters.largest_window_m / WORK_CELL_M,
+    )
     objects = without_terrain(low, objects_by_opening(low, parameters), measured, parameters)
     if parameters.rise_m is None:  # the walls of others are smeared, and look like ways up
         objects = without_terraces(low, objects, _rule(parameters))

@@ -130,6 +130,28 @@ def bridge_gaps(values: FloatArray, grid: Grid) -> FloatArray:
     return filled
 
 
+def mirrored_beyond(values: FloatArray, known: BoolArray, inside: BoolArray, most_cells: float) -> FloatArray:
+    """(rows, cols) `values` with those outside a survey replaced by what lies as far within, mirrored at the nearest known cell.
+
+    So a house at the survey's end has ground on both sides, as if the survey went on, and not a roof without end.
+
+    Parameters
+    ----------
+    values, known : (rows, cols) metres, and which are measured
+    inside : (rows, cols) the survey
+    most_cells : farther outside values stay as they are
+    """
+    if inside.all() or not (known & inside).any():
+        return values
+    away, (row, col) = distance_transform_edt(~(known & inside), return_indices=True)
+    rows, cols = np.indices(values.shape)
+    row, col = 2 * row - rows, 2 * col - cols
+    within = (row >= 0) & (col >= 0) & (row < values.shape[0]) & (col < values.shape[1])
+    row, col = np.where(within, row, 0), np.where(within, col, 0)
+    moved = ~inside & (away <= most_cells) & within & inside[row, col]
+    return np.where(moved, values[row, col], values)
+
+
 @njit(cache=True, nogil=True)
 def _nearest(number: IntArray, away: FloatArray, at: FloatArray, row: IntArray, col: IntArray) -> IntArray:
     """Number of the position (N, 2) nearest to each cell.

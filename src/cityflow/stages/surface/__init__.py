@@ -28,7 +28,7 @@ from cityflow.survey.surface_source import IMAGES, LIDAR, RASTERS, ZARR
 from cityflow.survey.survey import UNREAD, Survey
 
 NAME = "surface"
-VERSION = 6
+VERSION = 7
 
 
 @dataclass(frozen=True, slots=True)
