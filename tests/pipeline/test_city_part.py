@@ -13,13 +13,15 @@ import shapely
 from cityflow.core.building import Status
 from cityflow.core.grid import tile_at
 from cityflow.core.reference import Reference
+from cityflow.flow.ready import Ready
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Record, Task
 from cityflow.handover.export_summary import SUMMARY
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset, LidarAsset, OutlineAsset
 from cityflow.orientation.views import View, footprint
-from cityflow.pipeline.city_part import Chosen, CityPart
+from cityflow.pipeline.city_part import CityPart
 from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.part_reach import Chosen
 from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.survey import survey
 from cityflow.survey.area import Area
@@ -336,6 +338,38 @@ def test_any_few_buildings_in_any_order(town: Town) -> None:
         part = CityPart(town.source(), chosen(*nodes), Memory(records))
         run(part, records, is_among(nodes), leave)
         assert stale(town, records) == []
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_any_few_outlines_as_an_engine_goes_through_them(town: Town, seed: int) -> None:
+    """Several tasks are under way, and any of them ends first: exports wait until it is known which units there are."""
+    if ("split", AT_A_BORDER) not in town.records:
+        pytest.skip("given outlines are not split")
+    random = np.random.default_rng(seed)
+    few = [str(u) for u in random.choice(sorted(HOUSES), 3, replace=False)]
+    nodes = [(stage, u) for u in few for stage in ("split", "reconstruct")]
+    changed = {("split", few[0]), ("units", owner(few[0])), ("reconstruct", few[1])}
+
+    def leave(task: Task) -> Record:
+        return record_of(task, edition="b" if (task.stage, task.unit) in changed else "")
+
+    records, whole = dict(town.records), dict(town.records)
+    part = CityPart(town.source(), chosen(*nodes), Memory(records))
+    ready, under_way, ran = Ready(part.initial()), list[tuple[Task, int]](), set[Node]()
+    while True:
+        while len(under_way) < 4 and (following := ready.next()) is not None:
+            under_way.append(following)
+        if not under_way:
+            break
+        task, rank = under_way.pop(int(random.integers(len(under_way))))
+        node = task.stage, task.unit
+        if records[node].digest != task.digest or node in nodes:
+            ran.add(node)
+            records[node] = leave(task)
+        ready.add(part.after(task, records[node]), rank)
+    assert set(run(town.source(), whole, is_among(nodes), leave)) == ran
+    assert whole == records
+    assert stale(town, records) == []
 
 
 def test_an_atlas_cell_alone(town: Town) -> None:

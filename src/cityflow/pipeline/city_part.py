@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
-import numpy as np
-import shapely
-
-from cityflow.core.arrays import FloatArray
-from cityflow.core.grid import Bounds, grown
+from cityflow.core.grid import Bounds
 from cityflow.flow.stage import Node, Place
 from cityflow.flow.task import Record, Task
 from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.part_reach import Chosen, Reach
 from cityflow.pipeline.part_walk import PartWalk
 from cityflow.pipeline.pipeline import PIPELINE, PLACE_IN_FLOW, STAGES
 from cityflow.survey.city import EXPORT, INGEST, OUTLINE, UNITS, City
@@ -30,8 +26,6 @@ LAST = (EXPORT, CITY)
 """The task that ends a run."""
 STANDS_ONCE = "once"
 """Name of an input of that task."""
-TILES_AROUND = 1.5
-"""A tile whose units may be others is felt so many tiles away at most: by its neighbours, and by what shares walls with these."""
 
 
 class Memory(Protocol):
@@ -40,19 +34,6 @@ class Memory(Protocol):
     def has(self, stage: str, unit: str) -> bool: ...
 
     def latest(self, stage: str, unit: str) -> Record | None: ...
-
-
-@dataclass(frozen=True, slots=True)
-class Chosen:
-    """Tasks that run again, and where: tile → bounds of what is chosen there, metres."""
-
-    nodes: frozenset[Node]
-    places: Mapping[str, tuple[Bounds, ...]]
-
-    @property
-    def may_rename(self) -> bool:
-        """Whether there may be other units in the end."""
-        return any(STAGES[stage].place is Place.OUTLINE or stage == UNITS for stage, _ in self.nodes)
 
 
 def may_begin_with(stage: str) -> bool:
@@ -83,9 +64,10 @@ class CityPart:
         self.city: City = source.city
         self.chosen: AbstractSet[Node] = chosen.nodes
         self.renamed: set[str] = set()
-        self._memory, self._tiles, self._renames = memory, tuple(chosen.places), chosen.may_rename
+        self._chosen, self._memory, self._tiles = chosen, memory, tuple(chosen.places)
         self._first = min((PLACE_IN_FLOW[stage] for stage, _ in chosen.nodes), default=len(PIPELINE))
-        self._reach = _Reach.of(source.city, chosen)
+        self._reach = Reach.of(source.city, chosen, chosen.places if chosen.may_rename else ())
+        self._is_asked_for = self._is_begun = False
         self._before: dict[Node, object] = {}
         self._ended: set[Node] = set()
         self._unknown: set[Node] = set()
@@ -97,15 +79,16 @@ class CityPart:
         city = self.city
         city.refuse_nothing()
         _ = city.survey.edits
-        near = [t for t in city.survey.lattice.tiles if t in self._places]
+        near = [t for t in city.survey.lattice.tiles if t in self._reach.places]
         if any((INGEST, ACCURACY) in step(city, t) for t in near[:1] for step in STAGES[OUTLINE].needs):
             self._recall((INGEST, ACCURACY))
-        self._before = {n: _contents(self._memory.latest(*n)) for n in self._naming(near) if self.may_change(n)}
         if city.survey.splits:
             yield from self.walk.want((OUTLINE, t) for t in near)
+        self._before = {n: _contents(self._memory.latest(*n)) for n in self._naming(near) if self.may_change(n)}
         yield from self.walk.want(self._naming(near))
         yield from self._want_chosen()
-        yield from self.walk.begin(place for place in city.districts.in_order() if place in self._places)
+        self._is_asked_for = True
+        yield from self._begin()
 
     def after(self, task: Task, record: Record) -> Iterator[Task]:
         """What a finished task sets free."""
@@ -114,41 +97,57 @@ class CityPart:
         self.city.learn(record)
         if task.stage != self.city.unit_stage:
             yield from self.walk.ended(node)
+        else:
+            changed = _contents(record) != self._before.get(node)
+            if changed:
+                self.renamed.add(task.unit)
+            yield from self.walk.ended(node, changed=changed)
+            yield from self._want_chosen()
+        yield from self._begin()
+
+    def _begin(self) -> Iterator[Task]:
+        """The exports, once it is known which units there are: where these are as before, only what stands near the chosen ones is looked at."""
+        if self._is_begun or not self._is_asked_for:
             return
-        changed = _contents(record) != self._before.get(node)
-        if changed:
-            self.renamed.add(task.unit)
-        yield from self.walk.ended(node, changed=changed)
-        yield from self._want_chosen()
+        waiting, under_way = self.walk.waiting(), self.walk.under_way(self._before)
+        if not waiting.issuperset(under_way) or any(
+            STAGES[stage].place is Place.OUTLINE for stage, _ in self.walk.under_way(self.walk.made)
+        ):
+            return
+        self._is_begun = True
+        self._reach = Reach.of(self.city, self._chosen, self.renamed | {tile for _, tile in under_way})
+        yield from self.walk.begin(place for place in self.city.districts.in_order() if place in self._reach.places)
 
     def may_change(self, node: Node) -> bool:
         """Only what comes later in the flow than the first of the chosen stages, and stands near what is chosen."""
         (stage, unit), city = node, self.city
         if PLACE_IN_FLOW[stage] < self._first:
             return False
+        if STAGES[stage].place is Place.OUTLINE:
+            return False
+        if stage == UNITS:
+            return unit in self._named_anew
         entry = self._entry(node)
         if entry is not None:
             return self._reach.meets_unit(entry.bounds)
         tile = self._tile_of(unit)
         if tile is None:
-            return unit not in city.districts.parts or unit in self._places
+            return unit not in city.districts.parts or unit in self._reach.places
         if tile in self._tiles:
             return True
-        known = None if self._renames else city.units_of.get(tile)
+        known = None if self._reach.renames else city.units_of.get(tile)
         if known is None:
             return self._reach.meets_tile(self._bounds(tile))
         return bool(known.meeting(self._reach.boxes).any())
 
     @cached_property
-    def _places(self) -> frozenset[str]:
-        """Tiles that what is chosen may reach, and what their exports are merged in, up to the city."""
-        tiles = self.city.survey.lattice.tiles
-        level = {t for t in tiles if t in self._tiles or self._reach.meets_tile(self._bounds(t))}
-        found = set(level)
-        while level:
-            level = {self.city.districts.parent[name] for name in level if name in self.city.districts.parent}
-            found |= level
-        return frozenset(found)
+    def _named_anew(self) -> frozenset[str]:
+        """Tiles whose units may be others: that own a chosen outline, or one that touches it. The outlines are known by then."""
+        asked = {tile for stage, tile in self.chosen if stage == UNITS}
+        outlines = [
+            o for stage, u in self.chosen if STAGES[stage].place is Place.OUTLINE and (o := self.city.outlines.get(u))
+        ]
+        return frozenset(asked.union(*({o.tile, *o.neighbour_tiles} for o in outlines)))
 
     def has_ended(self, node: Node) -> bool:
         """Whether a task of this walk has ended; one that was wanted and is not has nothing to do."""
@@ -245,46 +244,6 @@ class CityPart:
         """Whether a walk over the whole city would come to it: a record may be of an earlier request."""
         found = STAGES[stage]
         return found.asked(self.city, unit) and found.supplied(self.city, unit)
-
-
-@dataclass(frozen=True, slots=True)
-class _Reach:
-    """How far what is chosen is felt.
-
-    Attributes
-    ----------
-    tiles, units : where from, for tiles and for units;  tiles_m, units_m : how far, metres
-    boxes : (K, 4) bounds of chosen units, and as much around them as other units may feel
-    """
-
-    tiles: shapely.STRtree
-    units: shapely.STRtree
-    tiles_m: float
-    units_m: float
-    boxes: FloatArray
-
-    @classmethod
-    def of(cls, city: City, chosen: Chosen) -> _Reach:
-        survey, tile_m = city.survey, city.survey.lattice.tile_m
-        own = [
-            shapely.box(*survey.lattice.tiles[t].bounds)
-            for t, found in chosen.places.items()
-            if chosen.may_rename or not found
-        ]
-        inside = [shapely.box(*b) for found in chosen.places.values() for b in found]
-        looked_m = max(stage.halo_m(city) for stage in PIPELINE)
-        # a building may stand out of its tile as far as half a tile
-        tiles_m = max(tile_m * (TILES_AROUND if chosen.may_rename else 0.5) + looked_m, tile_m)
-        places = shapely.STRtree([*own, *inside])
-        units_m = tiles_m if chosen.may_rename else looked_m
-        boxes = np.array([grown(b, looked_m) for found in chosen.places.values() for b in found]).reshape(-1, 4)
-        return cls(places, places if chosen.may_rename else shapely.STRtree(inside), tiles_m, units_m, boxes)
-
-    def meets_tile(self, bounds: Bounds) -> bool:
-        return bool(len(self.tiles.query(shapely.box(*grown(bounds, self.tiles_m)))))
-
-    def meets_unit(self, bounds: Bounds) -> bool:
-        return bool(len(self.units.query(shapely.box(*grown(bounds, self.units_m)))))
 
 
 def _contents(record: Record | None) -> object:

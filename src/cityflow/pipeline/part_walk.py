@@ -93,6 +93,10 @@ class PartWalk(Walk[C]):
             self.made.discard(node)
         yield from self._open(node)
 
+    def under_way(self, nodes: Iterable[Node]) -> set[Node]:
+        """Those of some nodes that do not stand yet."""
+        return {node for node in nodes if node not in self._ended}
+
     def waiting(self) -> set[Node]:
         """What waits for something that is left for another run."""
         return {node for node, _ in self._gates.waiting()}

@@ -11,7 +11,8 @@ from cityflow.core.grid import Bounds
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.row import Row
 from cityflow.flow.stage import Node, Place
-from cityflow.pipeline.city_part import Chosen, may_begin_with
+from cityflow.pipeline.city_part import may_begin_with
+from cityflow.pipeline.part_reach import Chosen
 from cityflow.pipeline.pipeline import STAGES
 from cityflow.stages import reconstruct
 from cityflow.survey.city import OUTLINE, City

@@ -14,7 +14,7 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.stage import Node
 from cityflow.flow.talk import Talk
 from cityflow.io.catalog.stac_outside import refuse_outside
-from cityflow.pipeline.city_part import Chosen
+from cityflow.pipeline.part_reach import Chosen
 from cityflow.pipeline.pipeline import in_flow_order
 from cityflow.pipeline.workflow_parameters import CityParameters
 from cityflow.runs.current import CurrentRecords, current_records

@@ -29,7 +29,8 @@ from cityflow.flow.run_page import TOLD_EVERY_S, page_address, pages_told, publi
 from cityflow.flow.stage import Cost
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record, Task
-from cityflow.pipeline.city_part import Chosen, CityPart
+from cityflow.pipeline.city_part import CityPart
+from cityflow.pipeline.part_reach import Chosen
 from cityflow.reporting.run_report import write_run_report
 from cityflow.runs.asked import Asked, read_asked
 from cityflow.runs.current import noted_records
