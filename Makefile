@@ -13,7 +13,7 @@ export MKL_NUM_THREADS = 1
 # Every run starts many interpreters: without bytecode each would translate all libraries again, which takes seconds
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test check lint types layers spelling docs bench view-bundle clean
+.PHONY: demo test check lint types layers spelling docs evidence view-bundle clean
 
 demo: $(VENV)/.runtime
 	$(BIN)/cityflow demo --out $(RUN) --workers $(WORKERS)
@@ -42,8 +42,9 @@ spelling: $(VENV)/.dev
 docs: $(VENV)/.dev
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
-bench: $(VENV)/.dev
-	$(BIN)/python benchmarks/delft.py
+# The figures of the five papers beside ours, measured here; hours for all rows (cityflow bench --list)
+evidence: $(VENV)/.dev
+	$(BIN)/cityflow bench
 
 # The page of `cityflow view` from its sources in view/; wants node and npm. A test compares what is committed with what this makes
 view-bundle:

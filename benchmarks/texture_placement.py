@@ -21,7 +21,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import mapbox_earcut
 import numpy as np
 import shapely
 from PIL import Image
@@ -106,13 +105,13 @@ def ours(masks: Sequence[BoolArray]) -> tuple[Row, Placement]:
 
 def by_xatlas(shapes: Sequence[Polygon], brute: bool) -> Row:
     """Its own pixels over its own tight rectangle; it turns patches by any angle."""
-    xatlas = importlib.import_module("xatlas")
+    xatlas, earcut = importlib.import_module("xatlas"), importlib.import_module("mapbox_earcut")
     atlas = xatlas.Atlas()
     for shape in shapes:
         rings = [np.asarray(r.coords[:-1], np.float32) for r in (shape.exterior, *shape.interiors)]
         flat = np.concatenate(rings)
         ends = np.cumsum([len(r) for r in rings]).astype(np.uint32)
-        triangles = mapbox_earcut.triangulate_float32(flat, ends).reshape(-1, 3).astype(np.uint32)
+        triangles = earcut.triangulate_float32(flat, ends).reshape(-1, 3).astype(np.uint32)
         # as plane meshes: given as texture coordinates, patches came back with others' sizes (0.0.11)
         atlas.add_mesh(np.column_stack([flat, np.zeros(len(flat), np.float32)]), triangles)
     options = xatlas.PackOptions()

@@ -45,7 +45,7 @@ def stage(asked: argparse.Namespace, p: TextureParameters) -> dict[str, object]:
     houses.sort(key=lambda h: float(np.hypot(*(h.outline.centroid.coords[0] - middle))))
     faces, used = _faces(houses)
     xyz = np.concatenate([f.rings[0] for f in faces]).mean(axis=0)
-    images = images_of(asked.survey, asked.run)
+    images = images_of(asked.survey / "catalog", asked.run)
     pairs = sum(len(views_of(f, [i.image for i in images])) for f in faces)
     if pairs < asked.least * len(faces):
         raise SystemExit(

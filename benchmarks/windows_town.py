@@ -126,7 +126,7 @@ class TownTruth:
         walls = [w for w in town.walls if len(w.openings)]
         self.corners = np.concatenate([opening_corners(w, 0.0)[w.openings[:, 4] == WINDOW] for w in walls])
         self.truth = Truth(town.mesh())
-        self.centres = {i.image.name: i.image.centre for i in images_of(survey, run)}
+        self.centres = {i.image.name: i.image.centre for i in images_of(survey / "catalog", run)}
 
     def judged(self, face: FacePlane, patch: Patch, images: Sequence[str], found: FaceOpenings) -> WindowCounts:
         bounds, on = on_face(face, self.corners, 0.6)

@@ -17,6 +17,7 @@ from cityflow.cli.catalog import FilesUnquoted, catalog_check, catalog_create
 from cityflow.cli.evaluate import PointsFirst, evaluate_outlines, evaluate_points, evaluate_units
 from cityflow.cli.in_browser import desk, view
 from cityflow.cli.orient import orient
+from cityflow.cli.papers import bench
 from cityflow.cli.rasters import raster
 from cityflow.cli.runs import cancel, explain, join, plan, report, rerun, run, status, submit
 from cityflow.cli.surveys import demo, synth
@@ -85,6 +86,7 @@ TOP: tuple[Callable[..., None], ...] = (
     orient,
     synth,
     demo,
+    bench,
     parameters,
 )
 for _command in TOP:
