@@ -16,6 +16,9 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
+from cityflow.adjustment.descriptor_matching import MatchingParameters
+from cityflow.adjustment.features import Features
+from cityflow.adjustment.guided_matching import guided_matches
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.colour_image import ColourImage
@@ -121,6 +124,14 @@ def match_pictures() -> None:
     heights, grid = surface.fine.dsm_filled.astype(np.float32), surface.fine.grid
     sample(grid, heights, np.array([50.0]), np.array([50.0]))
     true_ortho(grid, heights, BlockingSurface(grid, heights), images)
+
+
+def tie_pictures() -> None:
+    """Points of two photographs that show the same."""
+    one, other = (view.image for view in photographs()[:2])
+    uv = np.array([(100.0, 120.0), (200.0, 120.0)])
+    same = Features(uv, np.full(2, 3.0, np.float32), np.eye(2, 128, dtype=np.uint8))
+    guided_matches((one, other), (same, same), (-1.0, 1.0), 12.0, MatchingParameters())
 
 
 def paint_house() -> None:

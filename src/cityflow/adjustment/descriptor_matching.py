@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from pydantic import Field
 
 from cityflow.adjustment.features import Features
-from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.parameters import Parameters
 
 ROWS_AT_ONCE = 512
@@ -30,18 +28,8 @@ class MatchingParameters(Parameters):
     )
 
 
-def mutual_matches(
-    first: Features,
-    second: Features,
-    parameters: MatchingParameters,
-    comparable: Callable[[slice], BoolArray] | None = None,
-) -> IntArray:
-    """(K, 2) numbers of points of the first and second image that match, each at most once; ascending by the first.
-
-    Parameters
-    ----------
-    comparable : for some points of the first image the (rows, M) points of the second that are compared with them; None: all
-    """
+def mutual_matches(first: Features, second: Features, parameters: MatchingParameters) -> IntArray:
+    """(K, 2) numbers of points of the first and second image that match, each at most once; ascending by the first."""
     if not len(first) or not len(second):
         return np.empty((0, 2), np.int64)
     best_forth = np.full(len(first), -1, np.int64)
@@ -51,8 +39,6 @@ def mutual_matches(
     for top in range(0, len(first), ROWS_AT_ONCE):
         rows = slice(top, min(top + ROWS_AT_ONCE, len(first)))
         squared = 2.0 - 2.0 * (ours[rows] @ theirs.T)
-        if comparable is not None:
-            squared = np.where(comparable(rows), squared, FAR)
         best_forth[rows] = _distinct(squared, second.uv, parameters)
         nearest = squared.argmin(axis=0)
         least = squared[nearest, np.arange(len(second))]

@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from cityflow.adjustment.descriptor_matching import MatchingParameters, mutual_matches
+from cityflow.adjustment.descriptor_matching import FAR, SAME_PX, MatchingParameters
 from cityflow.adjustment.features import Features
-from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
+from cityflow.core.kernels import njit
 
 SCALE_FACTOR = 2.0
 """Largest ratio of the sizes of two points, once distances are allowed for: an octave of SIFT up or down."""
+NEAREST = 3
+"""Points that are kept for each: the best, one that may be the same place, and then a rival."""
 
 
 def guided_matches(
@@ -37,14 +40,94 @@ def guided_matches(
     starts, ends, scale = _segments(images, first, heights)
     focal = float(np.sqrt(images[1].camera.fx * images[1].camera.fy))
     there = images[1].camera.undistort(second.uv) * focal
-    starts, ends = starts * focal, ends * focal
+    order = np.argsort(there[:, 0], kind="stable")
+    best_forth, best_back = _nearest(
+        (starts * focal, ends * focal, first.scale * scale), (there[order], second.scale[order].astype(np.float64)),
+        (first.descriptors, second.descriptors[order]), (_lengths(first), _lengths(second)[order]), (order, second.uv), bound_px,
+        (parameters.distance**2, parameters.ratio**2),
+    )  # fmt: skip
+    chosen = np.flatnonzero(best_forth >= 0)
+    chosen = chosen[best_back[best_forth[chosen]] == chosen]
+    return np.column_stack([chosen, best_forth[chosen]])
 
-    def comparable(rows: slice) -> BoolArray:
-        near = _near(starts[rows], ends[rows], there, bound_px)
-        size = second.scale[None, :] / (first.scale[rows] * scale[rows])[:, None]
-        return np.asarray(near & (size < SCALE_FACTOR) & (size > 1 / SCALE_FACTOR))
 
-    return mutual_matches(first, second, parameters, comparable)
+def _lengths(features: Features) -> FloatArray:
+    """(N,) of the descriptors."""
+    values = features.descriptors.astype(np.float64)
+    return np.asarray(np.maximum(np.sqrt(np.einsum("nk,nk->n", values, values)), 1e-6))
+
+
+@njit(cache=True, nogil=True)
+def _nearest(segments, points, descriptors, lengths, numbers, bound, limits):  # type: ignore[no-untyped-def]
+    """For each point of the first image the best of the second where it is clearly better than any at another place, else -1; for each of the second the
+    best of the first, or -1.
+
+    Those of the second are sorted from left to right, so that few are looked at; `numbers` are their own numbers, and image coordinates by these.
+    """
+    (starts, ends, scale), (place, size), (ours, theirs), (own, other) = segments, points, descriptors, lengths
+    number, uv = numbers
+    forth, back = np.full(len(scale), -1, np.int64), np.full(len(size), -1, np.int64)
+    least = np.full(len(size), FAR)
+    found, at = np.empty(NEAREST), np.empty(NEAREST, np.int64)
+    for i in range(len(scale)):
+        x, y = starts[i]
+        way_x, way_y = ends[i, 0] - x, ends[i, 1] - y
+        if not (np.isfinite(way_x) and np.isfinite(way_y) and np.isfinite(scale[i])):
+            continue
+        length = max(np.sqrt(way_x * way_x + way_y * way_y), 1e-9)
+        way_x, way_y = way_x / length, way_y / length
+        # a little more than needed: the exact limits come below
+        reach = bound * (abs(way_x) + abs(way_y)) + 1.0
+        begin = np.searchsorted(place[:, 0], min(x, ends[i, 0]) - reach)
+        found[:], at[:] = FAR, -1
+        for j in range(begin, len(size)):
+            if place[j, 0] > max(x, ends[i, 0]) + reach:
+                break
+            d_x, d_y, ratio = place[j, 0] - x, place[j, 1] - y, size[j] / scale[i]
+            along, across = way_x * d_x + way_y * d_y, way_x * d_y - way_y * d_x
+            if not (abs(across) < bound and along > -bound and along < length + bound):
+                continue
+            if not (ratio < SCALE_FACTOR and ratio > 1 / SCALE_FACTOR):
+                continue
+            apart, k = 2.0 - 2.0 * _product(ours[i], theirs[j]) / (own[i] * other[j]), number[j]
+            if apart < least[k]:
+                least[k], back[k] = apart, i
+            _insert(found, at, apart, k)
+        forth[i] = _distinct(found, at, uv, limits)
+    return forth, back
+
+
+@njit(cache=True, nogil=True)
+def _product(a, b):  # type: ignore[no-untyped-def]
+    """Of two descriptors: a sum of whole numbers, so the same in any order."""
+    total = np.int32(0)
+    for k in range(len(a)):
+        total += np.int32(a[k]) * np.int32(b[k])
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _insert(found, at, apart, number):  # type: ignore[no-untyped-def]
+    """Among the nearest, by distance and then by number."""
+    m = len(found)
+    while m > 0 and (apart < found[m - 1] or (apart == found[m - 1] and number < at[m - 1])):
+        m -= 1
+    for k in range(len(found) - 1, m, -1):
+        found[k], at[k] = found[k - 1], at[k - 1]
+    if m < len(found):
+        found[m], at[m] = apart, number
+
+
+@njit(cache=True, nogil=True)
+def _distinct(found, at, uv, limits):  # type: ignore[no-untyped-def]
+    """The best of the nearest where it is clearly better than any at another place, else -1."""
+    rival = found[1]
+    if at[1] >= 0:
+        x, y = uv[at[1], 0] - uv[at[0], 0], uv[at[1], 1] - uv[at[0], 1]
+        # the same place described twice is no rival
+        if np.sqrt(x * x + y * y) < SAME_PX:
+            rival = found[2]
+    return at[0] if found[0] < limits[0] and found[0] < limits[1] * rival else -1
 
 
 def _segments(
@@ -62,14 +145,3 @@ def _segments(
         depths.append(depth / local[:, 2])
     focals = np.sqrt(other.camera.fx * other.camera.fy / (one.camera.fx * one.camera.fy))
     return ends[0], ends[1], focals * depths[0]
-
-
-def _near(starts: FloatArray, ends: FloatArray, points: FloatArray, bound: float) -> np.ndarray:
-    """(N, M) which points lie within `bound` of which segments."""
-    way = ends - starts
-    length = np.maximum(np.linalg.norm(way, axis=1), 1e-9)
-    way = way / length[:, None]
-    along = way @ points.T - np.sum(way * starts, axis=1)[:, None]
-    normal = np.column_stack([-way[:, 1], way[:, 0]])
-    across = normal @ points.T - np.sum(normal * starts, axis=1)[:, None]
-    return np.asarray((np.abs(across) < bound) & (along > -bound) & (along < length[:, None] + bound))
