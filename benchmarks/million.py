@@ -140,7 +140,7 @@ def make(town: Town, folder: str) -> None:
     describe_run(wanted)
     random, templates, waiting, written = np.random.default_rng(17), dict[str, Template](), list[Line](), list[int]()
     for number, tile in enumerate(town.tiles()):
-        for stage, units in _units_of(number, *tile).items():
+        for stage, units in units_of(number, *tile).items():
             if stage not in templates:
                 templates[stage] = Template(records[stage], units[0])
             waiting += templates[stage].lines(units, random)
@@ -159,7 +159,7 @@ def make(town: Town, folder: str) -> None:
     )
 
 
-def _units_of(number: int, col: int, row: int) -> dict[str, list[str]]:
+def units_of(number: int, col: int, row: int) -> dict[str, list[str]]:
     """Stage → names of the units that a tile brings with it, in the order in which they end."""
     tile, step, n = f"{col}_{row}", TILE_M / city_scale.OUTLINES_A_SIDE, city_scale.OUTLINES_A_SIDE
     houses = [

@@ -4,26 +4,32 @@
     python benchmarks/million_driver.py drive RUN [--minutes 25] [--steps] [--profile]
     python benchmarks/million_driver.py look RUN
     python benchmarks/million_driver.py again RUN [--inside 8] [--everywhere] [--profile]
+    python benchmarks/million_driver.py repeat RUN
+    python benchmarks/million_driver.py left RUN
     python benchmarks/million_driver.py plan RUN [--asked 4]
     python benchmarks/million_driver.py report RUN
 
-RUN is that of `million.py make`; a process for each step, in this order. ``flight`` finds the flight plan of all images, which the RUN keeps. ``drive``
-runs the square of the last tiles, an area of interest, as `city_driver.py` runs a town: the ledger knows the records of all others, the source all images.
-Tiles around the square have records of other inputs, as those of `make` are drawn at random; what the square needs of them runs again. An interrupt, or
-the end of its `--minutes`, ends it; it tells every 10,000 tasks what these took, and at the end all. ``look`` writes the note that a finished run of the
-whole leaves, and asks by it. ``again`` runs one building again, as `rerun_one.py` does, on the tile so many ``--inside`` the south-western corner of the
-square: one in the middle, or one in what an interrupted run has done. ``plan`` walks some of the last tiles, all of whose tasks are done. ``report``
-gathers what a report does from the rows of all records, and from the whole records of textures and atlas cells; files of products, which the rest of a
-report is read from, are not there.
+RUN is that of `million.py make`; a process for each step, in this order. ``flight`` finds the flight plan of all images, which the RUN keeps. ``drive`` runs
+the square of the last tiles, an area of interest, as `city_driver.py` runs a town: the ledger knows the records of all others, the source all images. Tiles
+around the square have records of other inputs, as those of `make` are drawn at random; what the square needs of them runs again. An interrupt, or the end of
+its `--minutes`, ends it; it tells every 10,000 tasks what these took, and at the end all. ``look`` writes the note that a finished run of the whole leaves,
+and asks by it; ``repeat`` is what the same `run` takes then (of what workers do, a fiftieth or so). ``again`` runs one building again, as `rerun_one.py`
+does, on the tile so many ``--inside`` the south-western corner of the square: one in the middle, or one in what an interrupted run has done. ``left`` is what
+a driver of the whole holds of all tiles before the last. ``plan`` walks some of the last tiles, all of whose tasks are done. ``report`` gathers what a report
+does from the rows of all records, and from the whole records of textures and atlas cells; files of products, which the rest of a report is read from, are not
+there.
 """
 
 from __future__ import annotations
 
 import argparse
 import cProfile
+import gc
+import pickle
 import pstats
 import resource
 import time
+from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -36,22 +42,30 @@ from city_scale import OUTLINES_A_SIDE, TILE_M, X, Y
 from cityflow.core.grid import Bounds
 from cityflow.flow.garbage import collect_seldom
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.left_there import left_there
 from cityflow.flow.outputs import Outputs
+from cityflow.flow.record_segments import Piece
 from cityflow.flow.some_units import ALL
+from cityflow.flow.store import Store
+from cityflow.flow.task import Record
 from cityflow.pipeline.pipeline import in_flow_order
 from cityflow.reporting import texture_figures
 from cityflow.reporting.asked_area import units_beyond
 from cityflow.reporting.listed_city import problems_of
 from cityflow.reporting.run_report import stage_row, uncollected
 from cityflow.runs.asked import Asked, circumstances, read_asked, write_asked
-from cityflow.runs.current import noted_records
+from cityflow.runs.current import known_records, noted_records
 from cityflow.runs.prepare import Prepared
+from cityflow.runs.run_folder import describe_run
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.workflow.expected import costs_of
+from cityflow.workflow.finished import finished
+from cityflow.workflow.followed import prepare_surface
 from cityflow.workflow.plan import noted_plan, plan_of
+from cityflow.workflow.run import failed_tasks
 from cityflow.workflow.status import standing_of
 from driver_steps import Steps
-from million import Town
+from million import Town, true_records, units_of
 from rerun_one import Timed, part, show, timed
 
 A_TILE = OUTLINES_A_SIDE**2
@@ -125,13 +139,58 @@ def look(town: Town, folder: str) -> None:
     print(", ".join(f"{stage} {plan.done:,} of {plan.total:,}" for stage, plan in found.items()))
 
 
+def repeat(town: Town, folder: str) -> None:
+    """What a finished run of the whole takes when it is asked for once more, without cluster and report."""
+    wanted, clocked = town.prepared(folder), dict[str, tuple[float, float]]()
+    with timed(clocked, "opening"):
+        ledger = Ledger.open(wanted.store)
+    with ledger:
+        _note(wanted, ledger)
+        with timed(clocked, "whether all is as before"):
+            asked = finished(wanted, ledger)
+        assert asked is not None
+        with timed(clocked, "arrays of the surface"):
+            prepare_surface(wanted, wanted.source().survey)
+        with timed(clocked, "what workers are told"):
+            _, pieces = ledger.pieces(asked.tasks)
+            told = sum(len(pickle.dumps(piece)) for piece in pieces)
+        with timed(clocked, "names of units"):
+            records = known_records(wanted, ledger, asked)
+        with timed(clocked, "what is said"):
+            standing_of(wanted.store, asked, ledger, "RUN")
+            failed_tasks(records)
+    _header(town, wanted)
+    show("repeat", clocked, [])
+    some, cpu = pieces[:: len(pieces) // 50], time.process_time()
+    count = sum(_read(wanted.store, piece) for piece in some)
+    cpu = time.process_time() - cpu
+    print(
+        f"{len(pieces)} pieces of {told / 1e6:.0f} MB; workers: {cpu / len(some):.3f} s for one, {1e3 * cpu / count:.3f} ms a record"
+    )
+
+
+def _read(store: Store, piece: Piece) -> int:
+    """As a worker does; the outputs are asked for one by one and are not there."""
+    outputs, asked = Outputs(store), list[str]()
+
+    def all_there(_: Outputs, record: Record) -> bool:
+        asked.extend(path for path in record.outputs if outputs._size(path) is None)
+        return True
+
+    Outputs.all_there = all_there  # type: ignore[method-assign, assignment]
+    assert left_there(store, piece)
+    assert asked
+    return len(piece.places)
+
+
 def _note(wanted: Prepared, ledger: Ledger) -> None:
     """As a run of the whole leaves it when nothing is out of date."""
+    describe_run(wanted)
     stages = in_flow_order(ledger.stages())
     counts = {stage: ledger.tally(stage).records for stage in stages}
     write_asked(wanted.store, Asked(
         wanted.catalog.title, wanted.workflow.name, dict.fromkeys(stages, ALL), counts, {}, records=ledger.count_files(),
-        under=circumstances(wanted.store), catalog=wanted.catalog_digest(),
+        under=circumstances(wanted.store), given=wanted.given_digest(wanted.edits()),
     ))  # fmt: skip
 
 
@@ -181,6 +240,47 @@ def report(town: Town, folder: str) -> None:
     )
 
 
+def left(town: Town, folder: str) -> None:
+    """What walk and city hold of all tiles but the last when these lie behind: records of true size are learned, and forgotten as in a run."""
+    records, source = true_records(), town.prepared(folder).source()
+    city, walk, seen = source.city, source.walk, defaultdict[str, list[str]](list)
+    source.forget_by(lambda *_: None)
+    _ = city.tile_names
+    entry = records["units"].result["units"][0]
+    gc.collect()
+    before = resident_mb()
+    for number, (col, row) in enumerate(town.tiles()):
+        for stage, units in units_of(number, col, row).items():
+            for name in units:
+                result = records[stage].result
+                if stage in ("outline", "units"):
+                    houses = units_of(number, col, row)["split"]
+                    result = {**result, "units": [_placed(entry, house) for house in houses]}
+                city.learn(replace(records[stage], unit=name, result=result))
+                for nodes in (walk._wanted, walk._ended):
+                    nodes.add((stage, name))
+                seen[stage].append(name)
+        while city.past:
+            walk.forget(*city.past.pop())
+    gc.collect()
+    held, count = resident_mb() - before, len(seen["reconstruct"])
+    print(
+        f"{count:,} buildings, {held:.0f} MB more than before, {1e6 * held / count:.0f} bytes each; {len(city.units):,} units not forgotten"
+    )
+
+
+def _placed(entry: dict[str, Any], name: str) -> dict[str, Any]:
+    x, y = map(float, name.split("_"))
+    return {
+        **entry,
+        "id": name,
+        "point": [x, y],
+        "bounds": [x - 5, y - 5, x + 5, y + 5],
+        "neighbours": [],
+        "neighbour_tiles": [],
+    }
+
+
 def _header(town: Town, wanted: Prepared) -> None:
     print(f"{town.side}² tiles, {len(wanted.catalog.images)} images; peak {_peak_mb():.0f} MB")
 
@@ -191,7 +291,7 @@ def _peak_mb() -> float:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("step", choices=["flight", "drive", "look", "again", "plan", "report"])
+    parser.add_argument("step", choices=["flight", "drive", "look", "repeat", "again", "left", "plan", "report"])
     parser.add_argument("run")
     parser.add_argument("--side", type=int, default=50)
     parser.add_argument("--last", type=int, default=16)
@@ -218,6 +318,10 @@ def main() -> None:
         flight(town, given.run)
     elif given.step == "look":
         look(town, given.run)
+    elif given.step == "left":
+        left(town, given.run)
+    elif given.step == "repeat":
+        repeat(town, given.run)
     elif given.step == "again":
         again(town, given.run, town.last // 2 if given.inside is None else given.inside, given.everywhere)
     elif given.step == "report":

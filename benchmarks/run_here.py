@@ -23,7 +23,7 @@ from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.runs.prepare import Prepared, prepared
 from cityflow.runs.run_folder import check_run, describe_run
-from cityflow.workflow.followed import _prepare_surface
+from cityflow.workflow.followed import prepare_surface
 from step_times import COMPILING, StepTimes
 
 
@@ -63,7 +63,7 @@ def run_here(
     begun, driver = time.perf_counter(), -time.process_time()
     source = wanted.source()
     describe_run(wanted)
-    _prepare_surface(wanted, source.survey)
+    prepare_surface(wanted, source.survey)
     ready, stages = list(source.initial()), dict[str, StageCost]()
     driver += time.process_time()
     counts: Counter[str] = Counter()

@@ -32,7 +32,7 @@ from cityflow.flow.task import Record, Task
 from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.prepare import Prepared, prepared
 from cityflow.runs.run_folder import describe_run
-from cityflow.workflow.followed import _prepare_surface
+from cityflow.workflow.followed import prepare_surface
 
 WARM = 6
 """Tasks before the first that counts: children start, import and compile with them."""
@@ -141,7 +141,7 @@ def main() -> None:
     describe_run(wanted)
     with Ledger.open(wanted.store) as ledger, connect(None, 2) as client:
         source = Before(wanted.source(), given.stage)
-        _prepare_surface(wanted, source.source.survey)
+        prepare_surface(wanted, source.source.survey)
         run_tasks(source, client, wanted.store, ledger)
     if not source.kept:
         raise SystemExit(f"no task of the stage {given.stage} became ready")

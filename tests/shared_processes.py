@@ -15,6 +15,7 @@ TOGETHER = {
         "cluster/test_bad_input.py",
         "cluster/test_changed_requests.py",
         "cluster/test_damaged_files.py",
+        "cluster/test_finished.py",
         "cluster/test_join.py",
         "cluster/test_tilings.py",
     ),

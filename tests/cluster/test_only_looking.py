@@ -102,7 +102,7 @@ def test_a_plan_follows_no_graph_where_nothing_has_changed_since_the_run(
     assert not followed
     assert cityflow(*words, "--set", "reconstruct.methods=[extruded]").code == 0
     note = (copied_run / "asked.json").read_bytes()
-    (copied_run / "asked.json").write_bytes(note.replace(b'"catalog": "', b'"catalog": "another '))
+    (copied_run / "asked.json").write_bytes(note.replace(b'"given": "', b'"given": "another '))
     assert cityflow(*words).out == noted.out
     assert len(followed) == 2, "another request, another catalog"
 
@@ -117,7 +117,7 @@ def test_status_follows_no_graph_where_a_driver_was_killed(
 
     before = json.loads(cityflow("status", copied_run, "--json").out)
     note = json.loads((copied_run / "asked.json").read_text())
-    note |= {"is_at_work": True, "records": 0, "beyond": [], "edits": [], "catalog": ""}
+    note |= {"is_at_work": True, "records": 0, "beyond": [], "edits": [], "given": ""}
     del note["tasks"]["export"]
     (copied_run / "asked.json").write_text(json.dumps(note))
     monkeypatch.setattr("cityflow.workflow.note_asked.note_asked", followed)

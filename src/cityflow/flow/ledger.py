@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain
 
@@ -12,7 +12,7 @@ from cityflow.flow.fresh import Taken
 from cityflow.flow.loose import Held, Loose
 from cityflow.flow.mending import mended
 from cityflow.flow.outputs import Outputs
-from cityflow.flow.record_segments import Segment, bits_of, write_segment
+from cityflow.flow.record_segments import Piece, Segment, bits_of, write_segment
 from cityflow.flow.records import quoted, write_mark
 from cityflow.flow.removal import Removal
 from cityflow.flow.row import Row
@@ -122,17 +122,13 @@ class Ledger:
         last = self._last
         if last is not None and last.unit == unit and last.stage == stage:
             return last
-        return self.latest_in(quoted(stage), quoted(unit))
+        self._last = next(self._newest_first(quoted(stage), quoted(unit)), None)
+        return self._last
 
     def standing(self, stage: str, unit: str) -> Record | None:
         """The newest record, unless a later attempt has begun: what a task is held against."""
         record = self.latest(stage, unit)
         return record if record is not None and record.attempt + 1 == self.next_attempt(stage, unit) else None
-
-    def latest_in(self, stage: str, folder: str) -> Record | None:
-        """The same for names as they stand in paths."""
-        self._last = next(self._newest_first(stage, folder), None)
-        return self._last
 
     def has(self, stage: str, unit: str) -> bool:
         """Whether a unit has a record; none is read."""
@@ -148,10 +144,8 @@ class Ledger:
 
     def last_good(self, stage: str, unit: str) -> Record | None:
         """The newest record that left something, where the newest of all may have failed."""
-        good = (
-            r for r in self._newest_first(quoted(stage), quoted(unit)) if r.status in (Status.DONE, Status.DEGRADED)
-        )
-        return next(good, None)
+        every = self._newest_first(quoted(stage), quoted(unit))
+        return next((r for r in every if r.status in (Status.DONE, Status.DEGRADED)), None)
 
     def records(self, stage: str | None = None) -> Iterator[Record]:
         """The newest record of every unit, of one stage or of all, sorted by stage and unit; each is read when its turn comes."""
@@ -165,6 +159,12 @@ class Ledger:
         if len(joined := table.among(joined, units)):
             found = chain(found, self._joined.as_stored(joined))
         return (record for unit, here in found if (record := here or self.latest(stage, unit)) is not None)
+
+    def pieces(self, tasks: Mapping[str, SomeUnits]) -> tuple[list[Row], list[Piece]]:
+        """The newest records of units by stage: those in files of their own in short, and where the others stand, segment by segment."""
+        found = [(units, *self._newest(stage)) for stage, units in tasks.items()]
+        loose = [row for units, rows, _, _ in found for row in rows if row.unit in units]
+        return loose, self._joined.pieces([table.among(joined, units) for units, _, table, joined in found])
 
     def rows(self, stage: str | None = None) -> Iterator[Row]:
         """The newest record of every unit in short, in no order."""

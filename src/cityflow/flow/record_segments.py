@@ -17,6 +17,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numcodecs.zstd import compress
 
+from cityflow.core.arrays import IntArray
 from cityflow.flow.records import decode, quoted
 from cityflow.flow.row import NAMES, Line, Row, row_of
 from cityflow.flow.store import Store
@@ -63,6 +64,20 @@ class Segment:
     name: str
     frames: Sequence[Frame]
     table: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """Some records of a segment, for whoever reads them elsewhere.
+
+    Attributes
+    ----------
+    frames : those that they lie in;  places : (N, 3) int32 of each record: number of its frame among these, its start in it, its bytes
+    """
+
+    name: str
+    frames: Sequence[Frame]
+    places: IntArray
 
 
 def key_of(stage: str, unit: str) -> int:

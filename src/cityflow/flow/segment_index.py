@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 import pyarrow as pa
@@ -14,6 +15,7 @@ from cityflow.flow.key_filter import KeyFilter
 from cityflow.flow.record_segments import (
     SCHEMA,
     Frame,
+    Piece,
     Segment,
     bits_of,
     checksum,
@@ -142,6 +144,25 @@ class Joined:
         places = zip(*_values(rows, ("frame", "start", "bytes"), found), strict=True)
         for unit, place in zip(rows.names(found), places, strict=True):
             yield unit, self._record(*place)
+
+    def pieces(self, found: Sequence[IntArray]) -> list[Piece]:
+        """Some rows of `newest` by segment."""
+        if not self._parts:
+            return []
+        rows = self._all()[0]
+        places = np.column_stack(
+            [column(rows.table, name)[np.concatenate(found)] for name in ("frame", "start", "bytes")]
+        )
+        places = places[np.lexsort((places[:, 1], places[:, 0]))]
+        # frames of a segment are numbered one after the other
+        segment = np.cumsum([0, *(one != two for (one, _), (two, _) in pairwise(self._frames))])
+        cuts = np.flatnonzero(np.diff(segment[places[:, 0]])) + 1
+        pieces = []
+        for part in np.split(places, cuts):
+            first, last = int(part[0, 0]), int(part[-1, 0])
+            frames = [frame for _, frame in self._frames[first : last + 1]]
+            pieces.append(Piece(self._frames[first][0], frames, part - [first, 0, 0]))
+        return pieces
 
     def _all(self) -> list[Rows]:
         """The parts as one, if there are any."""

@@ -101,20 +101,20 @@ class Rows:
 
     def overlaid(self, loose: Sequence[Row], newest: IntArray) -> tuple[list[Row], IntArray]:
         """Newest rows of elsewhere and of here (as `newest` gives them), each unit in one of them only: where its later record is."""
-        if not loose:
-            return [], newest
-        newest = newest[np.argsort(column(self.table, "key")[newest])]
-        key, attempt, started = (column(self.table, name)[newest] for name in ("key", "attempt", "started"))
-        kept, rows = np.ones(len(newest), bool), []
+        if not loose or not len(self.keys):
+            return [*loose], newest
+        attempt, started = (column(self.table, name) for name in ("attempt", "started"))
         wanted = np.array([key_of(quoted(row.stage), quoted(row.unit)) for row in loose], np.uint64)
-        for row, mine, i in zip(loose, wanted, np.searchsorted(key, wanted), strict=True):
-            here = i < len(key) and key[i] == mine
+        gone, rows = np.zeros(len(self.keys), bool), []
+        for row, key, at in zip(loose, wanted, np.searchsorted(self.keys, wanted, side="right") - 1, strict=True):
+            i = self.order[at]  # the newest of its key
+            here = at >= 0 and self.keys[at] == key
             if here and (attempt[i], started[i]) > (row.attempt, row.started):
                 continue
             rows.append(row)
             if here:
-                kept[i] = False
-        return rows, newest[kept]
+                gone[i] = True
+        return rows, newest[~gone[newest]]
 
     def by_place(self, rows: IntArray) -> IntArray:
         """Some rows in the order in which their records lie in segments."""

@@ -48,6 +48,13 @@ class Spread:
         self._open = ExitStack()
         self._client: Client | None = None
 
+    @classmethod
+    def over(cls, client: Client) -> Spread:
+        """On a cluster that somebody else ends."""
+        found = cls()
+        found._client = client
+        return found
+
     def __enter__(self) -> Spread:
         return self
 

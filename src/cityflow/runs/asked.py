@@ -22,7 +22,7 @@ from cityflow.runs.poses_note import NOTE as POSES
 
 NOTE = "asked.json"
 DESCRIPTION, OVERRIDES = "run.json", "overrides"
-VERSION = 4
+VERSION = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class Asked:
     edits : what a person has drawn without effect, each with its remedy
     records : files of records when this was written
     under : digest of the circumstances
-    catalog : its digest, for whoever asks for the same again
+    given : digest of catalog and edits, for whoever asks for the same again
     is_at_work : a driver writes this while it works, and what it names is what it has come to
     is_by_records : nothing was noted and nothing followed: what has a record counts as asked for, and of what is out of date an example stands for each stage
     """
@@ -53,7 +53,7 @@ class Asked:
     edits: Sequence[tuple[str, str]] = ()
     records: int = 0
     under: str = ""
-    catalog: str = ""
+    given: str = ""
     is_at_work: bool = False
     is_by_records: bool = False
     version: int = VERSION

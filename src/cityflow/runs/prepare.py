@@ -12,15 +12,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from cityflow.core.edits import Edits
 from cityflow.errors import WorkflowError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.io.crs import suspicion
+from cityflow.io.tables.edits_gpkg import read_edits
 from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.catalog_fits import refuse_unfit
-from cityflow.runs.edits_file import with_own_edits
+from cityflow.runs.edits_file import edits_href, with_own_edits
 from cityflow.runs.first_look import DESCRIPTION, RUNS
 from cityflow.runs.known_keys import known_keys
 from cityflow.runs.look_at_survey import resolved, unnamed
@@ -78,9 +80,14 @@ class Prepared:
         city = with_own_edits(self.workflow.city, self.store)
         return CitySource(self.catalog, city, self.area, self.overrides, plans, ledger)
 
-    def catalog_digest(self) -> str:
-        """Of all that the catalog says: the same for the same catalog read by the same program."""
-        return hashlib.sha256(pickle.dumps(self.catalog, protocol=5)).hexdigest()
+    def edits(self) -> Edits:
+        """What a person has drawn, as `Survey.edits`, without a survey. Raises CatalogError where it cannot be read."""
+        href = edits_href(self.workflow.city, self.store)
+        return read_edits(href, self.catalog.reference) if href else Edits()
+
+    def given_digest(self, edits: Edits) -> str:
+        """Of all that the catalog says, and the edits of the run: the same for the same ones read by the same program."""
+        return hashlib.sha256(pickle.dumps((self.catalog, edits), protocol=5)).hexdigest()
 
     @contextmanager
     def ledger(self) -> Iterator[Ledger | None]:

@@ -55,7 +55,7 @@ class FollowedCity:
         self.city = self.wanted.source(self.ledger)
         self.city.walk.ahead = True
         self.city.forget_by(self.ledger.latest)
-        _prepare_surface(self.wanted, self.city.survey)
+        prepare_surface(self.wanted, self.city.survey)
         self.under = circumstances(self.wanted.store)
         self._tell()
         yield from self.city.initial()
@@ -98,7 +98,7 @@ def _later(begun: float, every_s: float) -> float:
     return now + max(every_s, 50 * (now - begun))
 
 
-def _prepare_surface(wanted: Prepared, survey: Survey) -> None:
+def prepare_surface(wanted: Prepared, survey: Survey) -> None:
     """The run's Zarr store, empty: made once, before tasks write their chunks; anew where tile or cell have changed."""
 
     def made(zarr: str, grid: Grid, extent: Grid, layers: Mapping[str, Layer] = LAYERS) -> None:

@@ -58,7 +58,7 @@ def _noted(
         wanted.catalog.title, wanted.workflow.name, {s: SomeUnits.of(tasks[s], known[s]) for s in in_flow_order(tasks)}, expected,
         {s: SomeUnits.of(units, known[s]) for s, units in sorted({**stale, **unreached}.items()) if units},
         units_beyond(records, wanted.area), [(edit.text, edit.remedy) for edit in unused_edits(wanted, records)],
-        ledger.count_files(), circumstances(wanted.store), wanted.catalog_digest(),
+        ledger.count_files(), circumstances(wanted.store), wanted.given_digest(source.survey.edits),
     )  # fmt: skip
     if not is_held(wanted.store):
         write_asked(wanted.store, asked)
@@ -82,9 +82,11 @@ def note_part(wanted: Prepared, ledger: Ledger, asked: Asked | None, part: CityP
         tasks[stage] = tasks.get(stage, SomeUnits()).changed(ended, gone)
         stale[stage] = stale.get(stage, SomeUnits()).changed(late, [*ended, *gone])
     stale = {s: units for s, units in stale.items() if units != SomeUnits()}
+    # of another catalog, or other edits, what was left may be out of date
+    given = asked.given if asked.given == wanted.given_digest(part.city.survey.edits) else ""
     noted = replace(
         asked, tasks={s: tasks[s] for s in in_flow_order(tasks)}, stale=stale, records=ledger.count_files(),
-        under=circumstances(wanted.store), is_at_work=False,
+        under=circumstances(wanted.store), given=given, is_at_work=False,
     )  # fmt: skip
     if not is_held(wanted.store):
         write_asked(wanted.store, noted)

@@ -13,22 +13,18 @@ from rich.table import Table
 
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress_counts import duration
-from cityflow.flow.some_units import SomeUnits
 from cityflow.flow.stage import Cost
 from cityflow.flow.state import State
 from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.pipeline import STAGES, in_flow_order
 from cityflow.reporting.poses_words import lines_before
-from cityflow.runs.asked import read_asked
 from cityflow.runs.differences import why
-from cityflow.runs.edits_file import edits_href
 from cityflow.runs.prepare import Prepared, prepared
 from cityflow.runs.request import Request
-from cityflow.runs.run_folder import is_described
 from cityflow.workflow.expected import costs_of
+from cityflow.workflow.finished import NOTHING, finished
 from cityflow.workflow.printed import print_json
-from cityflow.workflow.recorded import LAST
 
 AFTER_OTHERS = "waits for the stages above"
 REASONS_SHOWN = 5
@@ -104,17 +100,9 @@ def plan_of(source: CitySource, ledger: Ledger | None) -> dict[str, StagePlan]:
 
 
 def noted_plan(wanted: Prepared, ledger: Ledger) -> dict[str, StagePlan] | None:
-    """The plan of a RUN that was asked for the same before, where all of it is done and nothing has changed since: told by its note.
-
-    None where the graph has to be followed: for anything else, and for edits, whose file may have changed. Outputs that somebody has removed since are
-    not missed; a run misses them.
-    """
-    if edits_href(wanted.workflow.city, wanted.store) or not is_described(wanted):
-        return None
-    asked = read_asked(wanted.store, ledger)
-    if asked is None or asked.is_at_work or asked.stale or asked.catalog != wanted.catalog_digest():
-        return None
-    if LAST[1] not in asked.tasks.get(LAST[0], SomeUnits()) or not ledger.has(*LAST):
+    """The plan of a finished RUN, told by its note; None where the graph has to be followed."""
+    asked = finished(wanted, ledger)
+    if asked is None:
         return None
     counts = {stage: ledger.tally(stage, units).records for stage, units in asked.tasks.items()}
     return {stage: StagePlan(n, n) for stage, n in counts.items()}
@@ -144,7 +132,7 @@ def print_plan(asked: Request, workers: int, console: Console, as_json: bool = F
         console.print(note, markup=False, highlight=False, soft_wrap=True)
     console.print(_table(plan))
     if not plan.unknown and not any(p.to_run for p in plan.stages.values()):
-        console.print("Nothing to run: all of it is done.")
+        console.print(NOTHING)
         return
     console.print(
         f"Expected with {plan.workers} workers: {duration(plan.seconds)}; {plan.memory_mb:,.0f} MB of memory a worker; {plan.disk_mb:,.0f} MB of disk",

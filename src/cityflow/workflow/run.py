@@ -36,6 +36,7 @@ from cityflow.runs.prepare import Prepared, prepared
 from cityflow.runs.request import Request
 from cityflow.runs.run_folder import check_run, describe_run
 from cityflow.workflow.expected import costs_of, usual_mb
+from cityflow.workflow.finished import NOTHING, ended
 from cityflow.workflow.followed import FollowedCity
 from cityflow.workflow.note_asked import note_run
 from cityflow.workflow.passes import Passes
@@ -46,6 +47,9 @@ from cityflow.workflow.tile_places import TilePlaces
 from cityflow.workflow.trust import refuse_untrusted
 
 NAMED = 3
+BUILDINGS, REPORT = "reconstruct", "report.html"
+REPORTED = 2000
+"""Buildings up to which report and view, which show the whole city, are made anew where little or nothing ran: a few seconds."""
 OF_A_BUILDING = frozenset(stage.name for stage in PIPELINE if stage.place is Place.UNIT)
 """Where these fail, a block, or a building without texture or windows, stands in the city."""
 
@@ -138,17 +142,24 @@ def execute(
         drive = _Drive(wanted, client, ledger, beat, begin)
         wanted = with_settled_poses(wanted, Driver(client, beat, drive.begin, talk))
         drive = replace(drive, wanted=wanted)
+        asked = None if extras.verify or redo is not never else ended(wanted, ledger, client, drive.begin)
+        if asked is not None and talk is not Talk.QUIET:
+            console.print(NOTHING, soft_wrap=True)
+        is_large = ledger.tally(BUILDINGS).records > REPORTED and extras.before_report is PLAIN.before_report
+        is_shown = asked is not None and is_large and wanted.store.exists(REPORT)
         while True:
-            followed = _undamaged(drive, passes, talk)
-            remove_stale_products(wanted.store, ledger, followed.city.survey)
-            asked = note_run(wanted, ledger, followed)
+            if asked is None:
+                followed = _undamaged(drive, passes, talk)
+                remove_stale_products(wanted.store, ledger, followed.city.survey)
+                asked = note_run(wanted, ledger, followed)
             records = known_records(wanted, ledger, asked)
             try:
                 extras.before_report(records)
-                report = write_run_report(wanted, records)
+                report = wanted.store.url(REPORT) if is_shown else write_run_report(wanted, records)
                 break
             except DamagedFileError as error:
                 console.print(passes.spoil(error, ledger), markup=False, soft_wrap=True)
+                asked, is_shown = None, False
         standing = standing_of(wanted.store, asked, ledger, wanted.store.root)
         failed = failed_tasks(records)
     if talk is not Talk.QUIET:
@@ -209,7 +220,7 @@ def _undamaged(drive: _Drive, passes: Passes, talk: Talk) -> FollowedCity:
 def failed_tasks(records: CurrentRecords) -> list[Row]:
     """What failed and is no building, in the order of the flow."""
     stages = (stage for stage in records.stages() if stage not in OF_A_BUILDING)
-    rows = ((row for row in records.rows(stage) if row.status is Status.FAILED) for stage in stages)
+    rows = ((row for row in records.tally(stage).others if row.status is Status.FAILED) for stage in stages)
     return [row for found in rows for row in sorted(found, key=lambda row: row.unit)]
 
 

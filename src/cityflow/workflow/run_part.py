@@ -39,13 +39,10 @@ from cityflow.workflow.expected import costs_of, usual_mb
 from cityflow.workflow.note_asked import note_asked, note_part
 from cityflow.workflow.passes import Passes
 from cityflow.workflow.retired import remove_replaced_products, standing
-from cityflow.workflow.run import OF_A_BUILDING, Extras, execute, print_summary, refuse_success
+from cityflow.workflow.run import BUILDINGS, OF_A_BUILDING, REPORTED, Extras, execute, print_summary, refuse_success
 from cityflow.workflow.status import standing_of
 from cityflow.workflow.verdict_words import verdict_of
 
-BUILDINGS = "reconstruct"
-REPORTED = 2000
-"""Buildings up to which report and view, which show the whole city, are made anew: a few seconds."""
 TASKS_NAMED = 12
 SHOWN = "The view shows what was made; the report follows."
 
