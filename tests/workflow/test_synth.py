@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rich.console import Console
 
+from cityflow.catalog.height_ranges import heights_of_points
 from cityflow.errors import CityflowError, RunError
 from cityflow.synthetic.pose_noise import PoseErrors
+from cityflow.synthetic.town import make_town
 from cityflow.workflow.synth import make_survey, synth_parameters
+from cityflow.workflow.synth_files import LEAST_TIES, TIE_STEPS_M, tie_points
 
 
 def test_options_become_parameters() -> None:
@@ -70,3 +74,18 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
     with pytest.raises(RunError, match="not empty"):
         make_survey(tmp_path, synth_parameters(1, "100", "none", 2.0, []), "", 1, Console(quiet=True))
     assert [p.name for p in tmp_path.iterdir()] == ["thesis.txt"]
+
+
+def test_a_small_area_has_enough_tie_points_to_tell_heights_by() -> None:
+    """A larger one has those of the usual distance."""
+    usual = {}
+    for size in ("28x28", "80x80"):
+        p = synth_parameters(9335, size, "five_cameras", 0.0, ["surroundings_m=50"])
+        xyz = tie_points(make_town(p.seed, p.whole_town), p)
+        (x_min, y_min, x_max, y_max), (x, y) = p.area, xyz[:, :2].T
+        assert np.all((x >= x_min) & (x < x_max) & (y >= y_min) & (y < y_max))
+        assert len(xyz) >= LEAST_TIES
+        assert heights_of_points(xyz).whole[0] < xyz[:, 2].min()
+        usual[size] = int(np.isclose((x - x_min) % TIE_STEPS_M[0], TIE_STEPS_M[0] / 2).sum())
+    assert usual["28x28"] < 10
+    assert usual["80x80"] > 50

@@ -24,7 +24,8 @@ from cityflow.synthetic.control_marks import measured_control, true_control
 from cityflow.synthetic.town import Town
 from cityflow.synthetic.town_truth import town_truth
 
-TIE_STEP_M = 8.0
+TIE_STEPS_M, LEAST_TIES = (8.0, 4.0, 2.0, 1.0), 32
+"""Tie points on the ground stand so far from each other: the first distance that gives so many of all; a small area has enough to tell heights by."""
 TITLE = "Synthetic town {}"
 LICENCE = "CC0-1.0"
 MADE_BY = "made by cityflow synth"
@@ -124,21 +125,23 @@ def _write_mosaics(truth: Path, p: SynthParameters) -> None:
 
 def tie_points(town: Town, p: SynthParameters) -> FloatArray:
     """(N, 3) points on the ground and on roofs, as an aerotriangulation would leave them: thin, but everywhere."""
-    x, y = _lattice(p)
-    # what is under a roof is seen by no image
-    free = ~shapely.contains_xy(shapely.union_all([u.roof_outline for u in town.units]), x, y)
-    ground = np.column_stack([x, y, town.dtm(x, y)])[free]
     faces = [face for unit in town.units for face in unit.roof_planes]
     places = shapely.get_coordinates([face.polygon.representative_point() for face in faces]).reshape(-1, 2)
     heights = [float(face.plane.z(px, py)) for face, (px, py) in zip(faces, places, strict=True)]
-    roofs = np.column_stack([places, np.array(heights, np.float64)])
-    return np.asarray(np.round(np.concatenate([ground, _within(roofs, p)]), 3))
+    roofs = _within(np.column_stack([places, np.array(heights, np.float64)]), p)
+    for step in TIE_STEPS_M:
+        ground = _ground_ties(town, p, step)
+        if len(ground) + len(roofs) >= LEAST_TIES:
+            break
+    return np.asarray(np.round(np.concatenate([ground, roofs]), 3))
 
 
-def _lattice(p: SynthParameters) -> tuple[FloatArray, FloatArray]:
-    steps = [np.arange(lo + TIE_STEP_M / 2, hi, TIE_STEP_M) for lo, hi in zip(p.area[:2], p.area[2:], strict=True)]
-    x, y = np.meshgrid(*steps)
-    return x.ravel(), y.ravel()
+def _ground_ties(town: Town, p: SynthParameters, step: float) -> FloatArray:
+    steps = [np.arange(lo + step / 2, hi, step) for lo, hi in zip(p.area[:2], p.area[2:], strict=True)]
+    x, y = (v.ravel() for v in np.meshgrid(*steps))
+    # what is under a roof is seen by no image
+    free = ~shapely.contains_xy(shapely.union_all([u.roof_outline for u in town.units]), x, y)
+    return np.column_stack([x, y, town.dtm(x, y)])[free]
 
 
 def _within(points: FloatArray, p: SynthParameters) -> FloatArray:
