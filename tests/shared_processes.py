@@ -30,6 +30,7 @@ TOGETHER = {
     ),
     "surveys on a cluster": (
         "cluster/test_delft_run.py",
+        "cluster/test_frommholz_2017.py",
         "cluster/test_images.py",
         "cluster/test_settled_poses.py",
         "cluster/test_tile_places.py",
