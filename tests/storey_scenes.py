@@ -1,4 +1,4 @@
-"""Small buildings with walls, seen from all sides: a block, a set-back, an arcade, a passage, a loggia, a bay window."""
+"""Small buildings with walls, seen from all sides: a block, a set-back, an arcade, a passage, a loggia, a bay window, a balcony."""
 
 from __future__ import annotations
 
@@ -44,6 +44,10 @@ WALLS: dict[str, tuple[Wall, ...]] = {
         *SHELL, ((0, 0), (12, 0), 0, VOID), ((0, 0), (4, 0), VOID, HEIGHT), ((7.5, 0), (12, 0), VOID, HEIGHT),
         ((4, -1.2), (7.5, -1.2), VOID, HEIGHT), ((4, 0), (4, -1.2), VOID, HEIGHT), ((7.5, -1.2), (7.5, 0), VOID, HEIGHT),
     ),
+    "balcony": (
+        *SHELL, FRONT, ((4, -1.4), (7.5, -1.4), VOID - 0.2, VOID + 1.0),
+        ((4, 0), (4, -1.4), VOID - 0.2, VOID + 1.0), ((7.5, -1.4), (7.5, 0), VOID - 0.2, VOID + 1.0),
+    ),
 }  # fmt: skip
 VOLUME_M3 = {
     "block": 96 * HEIGHT,
@@ -52,6 +56,7 @@ VOLUME_M3 = {
     "passage": 96 * HEIGHT - 3 * 8 * VOID,
     "loggia": 96 * HEIGHT - 3.5 * 1.6 * LOGGIA,
     "bay": 96 * HEIGHT + 3.5 * 1.2 * (HEIGHT - VOID),
+    "balcony": 96 * HEIGHT,
 }
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import importlib
+import json
 import json.encoder
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from types import ModuleType
 
+import jsonschema_rs
 import numpy as np
 import pytest
 from shapely import Polygon
@@ -16,6 +19,8 @@ from shapely.affinity import translate
 from cityflow.core.building import Building, Face, Lod, Polyhedron, RoofPlane, Semantic, Status
 from cityflow.core.reference import Reference
 from textured_houses import with_overhang
+
+SCHEMAS = Path(__file__).parents[1] / "data" / "schemas" / "cityjson-2.0.2"
 
 GROUND = -1.2345
 EAVE, RIDGE = 4.0101, 7.5
@@ -169,3 +174,16 @@ def cjio() -> ModuleType:
     if "float" not in before:
         settings.pop("float", None)
     return reader
+
+
+@pytest.fixture(scope="module")
+def schema_of() -> dict[str, jsonschema_rs.Validator]:
+    """CityJSON 2.0's schemas of a document and of a line of a sequence."""
+    schemas = [json.loads(path.read_text()) for path in sorted(SCHEMAS.glob("*.schema.json"))]
+    registry = jsonschema_rs.Registry([(schema["$id"], schema) for schema in schemas])
+    return {
+        kind: jsonschema_rs.validator_for(schema, registry=registry)
+        for kind in ("CityJSON", "CityJSONFeature")
+        for schema in schemas
+        if schema["$id"].endswith(f"/{kind.lower()}.schema.json")
+    }

@@ -23,21 +23,8 @@ from cityflow.io.city_models.cityjson_sequence import (
 )
 from cityflow.io.crs import resolve
 
-SCHEMAS = Path(__file__).parents[1] / "data" / "schemas" / "cityjson-2.0.2"
 SURVEY = Transform(84000, 447000, 0)
 Terrain = tuple[np.ndarray, np.ndarray]
-
-
-@pytest.fixture(scope="module")
-def schema_of() -> dict[str, jsonschema_rs.Validator]:
-    schemas = [json.loads(path.read_text()) for path in sorted(SCHEMAS.glob("*.schema.json"))]
-    registry = jsonschema_rs.Registry([(schema["$id"], schema) for schema in schemas])
-    return {
-        kind: jsonschema_rs.validator_for(schema, registry=registry)
-        for kind in ("CityJSON", "CityJSONFeature")
-        for schema in schemas
-        if schema["$id"].endswith(f"/{kind.lower()}.schema.json")
-    }
 
 
 @pytest.fixture

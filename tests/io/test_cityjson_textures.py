@@ -20,7 +20,6 @@ from cityflow.io.city_models.cityjson_sequence import document, header_line, joi
 from textured_houses import Painted, codes, paint, painted_drape, places, sample
 
 SURVEY = Transform(84000, 447000, 0)
-SCHEMAS = Path(__file__).parents[1] / "data" / "schemas" / "cityjson-2.0.2"
 FOLDER = "products/cityjson"
 Terrain = tuple[np.ndarray, np.ndarray]
 
@@ -42,18 +41,6 @@ def lines(
         header_line(amersfoort, None, SURVEY), *buildings,
         terrain_feature_line("terrain", *terrain, SURVEY, appearance=look),
     ]  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def schema_of() -> dict[str, jsonschema_rs.Validator]:
-    schemas = [json.loads(path.read_text()) for path in sorted(SCHEMAS.glob("*.schema.json"))]
-    registry = jsonschema_rs.Registry([(schema["$id"], schema) for schema in schemas])
-    return {
-        kind: jsonschema_rs.validator_for(schema, registry=registry)
-        for kind in ("CityJSON", "CityJSONFeature")
-        for schema in schemas
-        if schema["$id"].endswith(f"/{kind.lower()}.schema.json")
-    }
 
 
 def test_textured_lines_follow_the_schema(lines: list[bytes], schema_of: dict[str, jsonschema_rs.Validator]) -> None:

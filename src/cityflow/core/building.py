@@ -213,6 +213,22 @@ class EdgeOverhang:
 
 
 @dataclass(frozen=True, slots=True)
+class Installation:
+    """Something fixed to a unit from outside that is no part of its solid.
+
+    Attributes
+    ----------
+    kind : ``balcony``
+    surfaces : an open polyhedron, its faces seen from outside; a side that nothing shows is missing
+    points : number of points of its front
+    """
+
+    kind: str
+    surfaces: Polyhedron
+    points: int
+
+
+@dataclass(frozen=True, slots=True)
 class Building:
     """A finished unit.
 
@@ -226,6 +242,7 @@ class Building:
     attributes : attributes of the source and measured ones
     overhangs : edges beyond which the roof stands out
     beyond : its surfaces there, an open polyhedron: roofs in the planes of LoD2.2, rims, outer ceilings; the solids end at the walls
+    installations : what is fixed to its façades
     """
 
     id: str
@@ -238,6 +255,7 @@ class Building:
     reason: str = ""
     overhangs: tuple[EdgeOverhang, ...] = ()
     beyond: Polyhedron | None = None
+    installations: tuple[Installation, ...] = ()
 
     def with_attributes(self, more: Mapping[str, Scalar]) -> Building:
         return replace(self, attributes={**self.attributes, **more})

@@ -10,7 +10,17 @@ from numpy.typing import NDArray
 from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Direction, EdgeOverhang, Lod, OutlineEdge, Polyhedron, RoofPlane, Scalar, Status
+from cityflow.core.building import (
+    Direction,
+    EdgeOverhang,
+    Installation,
+    Lod,
+    OutlineEdge,
+    Polyhedron,
+    RoofPlane,
+    Scalar,
+    Status,
+)
 from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud
@@ -118,6 +128,7 @@ class Candidate:
     beyond : surfaces of the roof beyond the walls, an open polyhedron beside the solid, which ends at the walls
     roof_type : what the method itself found, by the names of `core.roof_type_names`; empty where it does not know
     numbers : how many numbers describe its roof; None: three for each face
+    installations : what is fixed to its façades
     """
 
     method: str
@@ -131,3 +142,4 @@ class Candidate:
     beyond: Polyhedron | None = None
     roof_type: str = ""
     numbers: int | None = None
+    installations: tuple[Installation, ...] = ()

@@ -17,8 +17,8 @@ from cityflow.core.run_lengths import RunLengthMask
 Colour = tuple[int, int, int]
 """Red, green, blue, 0 to 255."""
 
-Shell = Literal["solid", "beyond"]
-"""The closed solid of a unit at LoD2.2, or the surfaces of its overhangs (`Building.solids`, `Building.beyond`)."""
+Shell = Literal["solid", "beyond", "installation"]
+"""The closed solid of a unit at LoD2.2, the surfaces of its overhangs, or those of what is fixed to it, which have no textures (`Building`)."""
 
 FaceKey = tuple[Shell, int]
 """A face of a unit: shell, and index among the shell's faces."""

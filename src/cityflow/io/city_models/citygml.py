@@ -29,6 +29,7 @@ from cityflow.io.city_models.citygml_appearance import (
     triangle_ring,
 )  # fmt: skip
 from cityflow.io.city_models.citygml_elements import generic_xml, members_xml, polygon_xml, positions, text_xml
+from cityflow.io.city_models.citygml_installations import installations_xml
 from cityflow.io.city_models.citygml_openings import WallsWithOpenings
 from cityflow.io.city_models.cityjson_sequence import Bounds3, extent_of
 from cityflow.io.city_models.exported_openings import NO_OPENINGS, Openings, attributes_of_faces
@@ -144,6 +145,7 @@ def _lod2(building: Building, solid: Polyhedron, looks: Looks, walls: WallsWithO
     stem = polygon_stem(building.id, SOLID_MARK)
     links = "".join(f'<gml:surfaceMember xlink:href="#{stem}{i}"/>' for i in range(len(solid.faces)))
     yield _solid_of("bldg:lod2Solid", ncname("solid2", building.id), links)
+    yield from installations_xml(building)
     yield from _boundary_surfaces(building, solid, SOLID_MARK, looks, walls)
 
 

@@ -10,6 +10,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from cityflow.core.openings import UnitOpenings
 from cityflow.io.attributes import GROUND_KEY, OVERHANGS_KEY, PLANES_KEY, REASON_KEY, STATUS_KEY, described
 from cityflow.io.city_models.appearance import BARE, Appearance, Looks
 from cityflow.io.city_models.cityjson_appearance import FeatureAppearance
+from cityflow.io.city_models.cityjson_installations import installation_objects, installations_of
 from cityflow.io.city_models.cityjson_openings import geometry_with_openings
 from cityflow.io.city_models.exported_openings import (
     NO_OPENINGS,
@@ -39,6 +41,7 @@ from cityflow.io.city_models.roof_plane_attributes import (
 
 Json = Any
 UNITS_PER_METRE = 10_000
+EMPTY: Mapping[str, Json] = MappingProxyType({})
 _SOLID_LODS = (Lod.LOD12, Lod.LOD13, Lod.LOD22)
 
 
@@ -146,7 +149,10 @@ def feature_line(
     }
     if solids or footprint:
         city_object["geographicalExtent"] = vertices.extent
-    return object_line(building.id, city_object, vertices.json, look.json)
+    parts = installation_objects(building, vertices.add)
+    if parts:
+        city_object["children"] = [*parts]
+    return object_line(building.id, city_object, vertices.json, look.json, parts)
 
 
 def read_feature(line: bytes | str, transform: Transform = ORIGIN) -> Building:
@@ -173,6 +179,7 @@ def read_feature(line: bytes | str, transform: Transform = ORIGIN) -> Building:
         attributes=attributes,
         overhangs=overhangs,
         beyond=_polyhedron(beyond[0], vertices) if beyond else None,
+        installations=installations_of(feature, lambda geometry: _polyhedron(geometry, vertices)),
     )
 
 
@@ -275,9 +282,12 @@ def _polyhedron(geometry: Json, vertices: FloatArray) -> Polyhedron:
     return Polyhedron(vertices[used], faces)
 
 
-def object_line(name: str, city_object: Json, vertices: list[list[int]], appearance: Json = None) -> bytes:
-    """A CityJSONFeature of one city object; `appearance` if it has any."""
-    feature = {"type": "CityJSONFeature", "id": name, "CityObjects": {name: city_object}, "vertices": vertices}
+def object_line(
+    name: str, city_object: Json, vertices: list[list[int]], appearance: Json = None, parts: Mapping[str, Json] = EMPTY
+) -> bytes:
+    """A CityJSONFeature of one city object and of its parts; `appearance` if it has any."""
+    objects = {name: city_object, **parts}
+    feature = {"type": "CityJSONFeature", "id": name, "CityObjects": objects, "vertices": vertices}
     return json_line({**feature, "appearance": appearance} if appearance else feature)
 
 

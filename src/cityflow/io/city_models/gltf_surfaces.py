@@ -112,6 +112,8 @@ def _shells(
             yield number, "solid", building.solids[lod], appearance.of(building)
         if lod is Lod.LOD22 and building.beyond is not None:
             yield number, "beyond", building.beyond, appearance.of(building)
+        for one in building.installations if lod is Lod.LOD22 else ():
+            yield number, "installation", one.surfaces, BARE.of(building)
 
 
 def _shell(number: int, shell: Shell, solid: Polyhedron, texture: BuildingTexture) -> Surfaces:

@@ -93,12 +93,13 @@ class _Scene:
         self._vertices = self._coordinates = 0
 
     def add_building(self, building: Building, lod: Lod) -> None:
-        """An object: the solid, and at LoD2.2 what lies beyond its walls."""
+        """An object: the solid, and at LoD2.2 what lies beyond its walls and what is fixed to them."""
         self.lines.append(f"o {ncname('b', building.id)}")
         texture = self.appearance.of(building)
         parts: list[tuple[Shell, Polyhedron]] = [("solid", building.solids[lod])]
         if lod is Lod.LOD22 and building.beyond is not None:
             parts.append(("beyond", building.beyond))
+        parts += [("installation", one.surfaces) for one in building.installations if lod is Lod.LOD22]
         for shell, polyhedron in parts:
             looks = looks_of(texture, shell) if lod is Lod.LOD22 else {}
             rows = self._add_faces(polyhedron, looks)

@@ -57,7 +57,7 @@ class Body(NamedTuple):
     points: int
 
 
-class _Box(NamedTuple):
+class Box(NamedTuple):
     """Along an edge, outwards, and in height."""
 
     start: float
@@ -87,7 +87,23 @@ def find_bodies(seen: SeenWalls, roofs: PointCloud, parameters: BodyParameters) 
     return found
 
 
-def _boxes(seen: SeenWalls, edge: WallEdge, p: BodyParameters) -> Iterator[tuple[_Box, int]]:
+def _boxes(seen: SeenWalls, edge: WallEdge, p: BodyParameters) -> Iterator[tuple[Box, int]]:
+    for part in fronts(seen, edge, p):
+        box = measured(seen, edge, part)
+        if stands_free(box, seen, edge) and box.end - box.start >= p.min_width:
+            yield box, len(part.s)
+
+
+def stands_free(box: Box, seen: SeenWalls, edge: WallEdge) -> bool:
+    """Whether it is over the ground, and of this edge alone."""
+    # what stands before the whole façade is the façade, and the outline is wrong
+    whole = box.end - box.start > 0.9 * edge.length
+    ours = box.start > -BEYOND_M and box.end < edge.length + BEYOND_M
+    return ours and not whole and box.low > seen.floor + OVER_GROUND_M + CELL_M
+
+
+def fronts(seen: SeenWalls, edge: WallEdge, p: BodyParameters) -> Iterator[Front]:
+    """Points before an edge that face as it does, for each plane and rectangle that is seen as a whole."""
     front = seen.front(edge)
     mine = (front.t > p.min_depth) & (front.t < p.max_depth) & (front.z > seen.floor + OVER_GROUND_M)
     mine &= (front.s > -CELL_M) & (front.s < edge.length + CELL_M)
@@ -99,17 +115,7 @@ def _boxes(seen: SeenWalls, edge: WallEdge, p: BodyParameters) -> Iterator[tuple
         near = np.abs(left.t - (int(np.argmax(counts)) + 0.5) * BIN_M) <= PLANE_M
         plane = Front(left.s[near], left.t[near], left.z[near])
         for part in _parts(plane, p):
-            box = _measured(seen, edge, Front(plane.s[part], plane.t[part], plane.z[part]))
-            # what stands before the whole façade is the façade, and the outline is wrong
-            whole = box.end - box.start > 0.9 * edge.length
-            ours = box.start > -BEYOND_M and box.end < edge.length + BEYOND_M
-            if (
-                ours
-                and box.low > seen.floor + OVER_GROUND_M + CELL_M
-                and box.end - box.start >= p.min_width
-                and not whole
-            ):
-                yield box, int(part.sum())
+            yield Front(plane.s[part], plane.t[part], plane.z[part])
         left = Front(left.s[~near], left.t[~near], left.z[~near])
 
 
@@ -131,13 +137,14 @@ def _parts(plane: Front, p: BodyParameters) -> Iterator[BoolArray]:
             yield part
 
 
-def _measured(seen: SeenWalls, edge: WallEdge, part: Front) -> _Box:
+def measured(seen: SeenWalls, edge: WallEdge, part: Front) -> Box:
+    """The box from an edge to a front, its ends by side walls where these are seen."""
     out = float(np.median(part.t))
     column = (part.s / CELL_M).astype(int)
     low = float(np.median([part.z[column == c].min() for c in np.unique(column)]))
     high = float(np.median([part.z[column == c].max() for c in np.unique(column)]))
     start, end = (float(v) for v in np.percentile(part.s, (0.5, 99.5)))
-    return _Box(
+    return Box(
         _side(seen, edge, (start, out, low, high), -1.0), _side(seen, edge, (end, out, low, high), 1.0), out, low, high
     )
 
@@ -152,7 +159,7 @@ def _side(seen: SeenWalls, edge: WallEdge, near: tuple[float, float, float, floa
     return float(np.median(along[mine])) if mine.sum() >= LEAST_ROOF_POINTS else s
 
 
-def _top(box: _Box, edge: WallEdge, tops: FloatArray, seen: SeenWalls) -> float:
+def _top(box: Box, edge: WallEdge, tops: FloatArray, seen: SeenWalls) -> float:
     """Height of its roof: of the points on it, or where its front ends; no higher than the roof behind it."""
     plan = tops[:, :2] - edge.start
     s, t = plan @ edge.along, plan @ edge.outward
@@ -163,7 +170,7 @@ def _top(box: _Box, edge: WallEdge, tops: FloatArray, seen: SeenWalls) -> float:
     return min(high, behind - UNDER_ROOF_M) if high > behind - SAME_M else high
 
 
-def _plan(edge: WallEdge, box: _Box) -> Polygon:
+def _plan(edge: WallEdge, box: Box) -> Polygon:
     start, end = max(box.start, BESIDE_CORNER_M), min(box.end, edge.length - BESIDE_CORNER_M)
     corners = ((start, -OVERLAP_M), (end, -OVERLAP_M), (end, box.out), (start, box.out))
     return shapely.geometry.polygon.orient(

@@ -18,6 +18,7 @@ from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import moved
 from cityflow.reconstruction.partition.cut_line import CutLine
+from cityflow.reconstruction.voids.balconies import BalconyParameters, find_balconies
 from cityflow.reconstruction.voids.bodies import BodyParameters, find_bodies
 from cityflow.reconstruction.voids.carve import Prism, carve
 from cityflow.reconstruction.voids.facade_gaps import Level, levels_of
@@ -39,18 +40,23 @@ class VoidParameters(Parameters):
     )
     cells: CellParameters = CellParameters()
     bodies: BodyParameters = BodyParameters()
+    balconies: BalconyParameters = BalconyParameters()
 
 
 def with_voids(best: Candidate, evidence: Evidence, parameters: VoidParameters) -> Candidate:
-    """The candidate, its solid with voids cut and bodies added where points show them; the solid as it was where they break its validity."""
+    """The candidate with balconies, its solid with voids cut and bodies added where points show them; the solid as it was where they break its validity."""
     if not parameters.search or best.solid is None or len(evidence.walls) < parameters.cells.min_points:
         return best
     seen = seen_walls(best.solid, evidence)
     levels = _levels(seen, parameters)
     voids = _voids(seen, levels, parameters)
     bodies = _bodies(seen, evidence, levels, parameters)
+    balconies = find_balconies(seen, evidence.around, parameters.balconies)
+    fixed = best
+    if balconies:
+        fixed = replace(best, installations=balconies, notes={**best.notes, "balconies": len(balconies)})
     if not voids and not bodies:
-        return best
+        return fixed
     solid, cut, added = _carved(best.solid, voids, bodies)
     notes: dict[str, Scalar] = {
         "voids": len(cut),
@@ -63,7 +69,7 @@ def with_voids(best: Candidate, evidence: Evidence, parameters: VoidParameters) 
         )
     if cut or added:
         solid = with_face_points(solid, seen, evidence.around)
-    return replace(best, solid=solid, notes={**best.notes, **notes})
+    return replace(fixed, solid=solid, notes={**fixed.notes, **notes})
 
 
 Shown = tuple[Prism, int]

@@ -34,7 +34,7 @@ from cityflow.survey.survey import UNREAD, WALL_MARGIN_M, Survey
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = "reconstruct"
-VERSION = 39
+VERSION = 40
 CANDIDATES = "candidates.city.jsonl"
 
 
@@ -156,7 +156,7 @@ def finished_building(
     return Building(
         outline.id, outline.polygon, evidence.ground_height, {**lower, Lod.LOD22: candidate.solid}, candidate.planes,
         with_source(outline.attributes, {**attributes, **remark}), choice.status, choice.reason,
-        tuple(o for o in candidate.overhangs if o.reach_m > 0), candidate.beyond,
+        tuple(o for o in candidate.overhangs if o.reach_m > 0), candidate.beyond, candidate.installations,
     )  # fmt: skip
 
 
