@@ -21,11 +21,11 @@ WHOLE_DRIVER = re.compile(
     re.MULTILINE,
 )
 LAST_OF_MANY = re.compile(
-    r"^the last \d+ of (\d+) buildings, .*\n(?:  .*\n)*\d+ tasks, [\d.]+ s of the driver, ([\d.]+) ms a task(?:.*\n)+?resident at the end (\d+) MB",
+    r"^the last \d+ of (\d+) buildings, .*\n(?:  .*\n)*\d+ tasks, [\d.]+ s of the driver, ([\d.]+) ms a task",
     re.MULTILINE,
 )
 OF_A_TOWN = re.compile(r"^(?:the last \d+ of )?(\d+) buildings, ")
-TEN_THOUSAND = re.compile(r"^ +\d+ tasks: ([\d.]+) ms each of the last")
+TEN_THOUSAND = re.compile(r"^ +\d+ tasks: ([\d.]+) ms each of the last .* resident (\d+) MB")
 TOWN = re.compile(r"^(\d+)² tiles,")
 TOTAL = re.compile(r"^part: [\d.]+ s, ([\d.]+) s of processor time")
 STEP = re.compile(r"^  (opening|status by its note|plan: a walk|plan by the note) +[\d.]+ s +([\d.]+) s")
@@ -49,11 +49,11 @@ def read(texts: list[str]) -> tuple[Curves, Curves, Curves]:
             each["driver with engine: a task"].append((int(buildings), float(ms)))
             seconds["driver with engine: all tasks of a run"].append((int(buildings), float(spent)))
             memory["driver with engine, held at the end"].append((int(buildings), float(held)))
-        for buildings, ms, resident in LAST_OF_MANY.findall(text):
+        for buildings, ms in LAST_OF_MANY.findall(text):
             each["driver with engine: a task"].append((int(buildings), float(ms)))
-            memory["the last 102,400, all of the process"].append((int(buildings), float(resident)))
-        for buildings, values in _ten_thousands(text).items():
-            each["a task, median of 10,000 and 10,000"].append((buildings, float(np.median(values))))
+        for buildings, told in _ten_thousands(text).items():
+            each["a task, median of 10,000 and 10,000"].append((buildings, float(np.median([ms for ms, _ in told]))))
+            memory["driver with engine, all of the process"].append((buildings, told[-1][1]))
         town = 0
         for line in text.splitlines():
             if found := TOWN.match(line):
@@ -65,14 +65,14 @@ def read(texts: list[str]) -> tuple[Curves, Curves, Curves]:
     return seconds, each, memory
 
 
-def _ten_thousands(text: str) -> dict[int, list[float]]:
-    """Buildings of a town → milliseconds a task of each ten thousand tasks, also where a run was interrupted."""
-    found, town = defaultdict[int, list[float]](list), 0
+def _ten_thousands(text: str) -> dict[int, list[tuple[float, float]]]:
+    """Buildings of a town → milliseconds a task of each ten thousand tasks, and MB after them, also where a run was interrupted."""
+    found, town = defaultdict[int, list[tuple[float, float]]](list), 0
     for line in text.splitlines():
         if header := OF_A_TOWN.match(line):
             town = int(header[1])
         elif told := TEN_THOUSAND.match(line):
-            found[town].append(float(told[1]))
+            found[town].append((float(told[1]), float(told[2])))
     return found
 
 
@@ -97,7 +97,7 @@ def main() -> None:
             axis.loglog(*at.T, "o-", label=f"{name}{slope}")
         axis.set(xlabel="buildings", ylabel=label)
         axis.grid(visible=True, which="both", alpha=0.25)
-        axis.legend(frameon=False, fontsize=8)
+        axis.legend(frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(0, 1))
     figure.tight_layout()
     figure.savefig(given.out, dpi=110)
 
