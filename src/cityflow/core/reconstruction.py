@@ -21,6 +21,7 @@ from cityflow.core.building import (
     Scalar,
     Status,
 )
+from cityflow.core.colour_image import ColourImage
 from cityflow.core.facade_points import WallPoints, joined_walls
 from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud
@@ -75,6 +76,7 @@ class Evidence:
     walls : points known to be on façades, within 2 m of the outline
     heights : DSM and DTM, or None where there are no rasters
     pictures : orthos, one for each epoch
+    photographs : oriented images that have the unit in their frame
     party : the parts of the outline that another unit's outline touches
     edges : straight parts of the outline and how each is known; empty if not requested
     roof : outline of the roof where it is known apart from the walls
@@ -103,6 +105,7 @@ class Evidence:
     rims: tuple[OutlineEdge, ...] = ()
     matched: bool = False
     covered: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    photographs: tuple[ColourImage, ...] = ()
 
     @property
     def observations(self) -> float:

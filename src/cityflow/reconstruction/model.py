@@ -13,14 +13,16 @@ from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParame
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
 from cityflow.reconstruction.overhangs.rim_search import find_overhangs
 from cityflow.reconstruction.precision import with_precision
+from cityflow.reconstruction.seen_steps.with_seen_steps import SeenStepParameters, with_seen_steps
 from cityflow.reconstruction.solids.levels import BlockLevels, LevelParameters
 from cityflow.reconstruction.verdicts.held_back import HeldBackParameters
 from cityflow.reconstruction.voids.with_voids import VoidParameters, with_voids
 
 
 class ModelParameters(ReconstructParameters):
-    """Methods and their choice, overhangs, points held back."""
+    """Methods and their choice, steps in photographs, overhangs, points held back."""
 
+    seen_steps: SeenStepParameters = SeenStepParameters()
     with_overhangs: bool = Field(True, description="roofs are extended to their overhangs as the surface shows them")
     overhangs: OverhangParameters = OverhangParameters()
     voids: VoidParameters = VoidParameters()
@@ -35,7 +37,8 @@ class ModelParameters(ReconstructParameters):
 def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
     """The choice whose candidate is finished; the candidates that were tried stay as they were scored."""
     choice = choose(evidence, parameters)
-    best = with_precision(_with_blocks(choice.candidate, parameters.levels), evidence)
+    best = _with_steps(_with_blocks(choice.candidate, parameters.levels), evidence, parameters.seen_steps)
+    best = with_precision(best, evidence)
     if parameters.with_overhangs and best.method != LAST_RESORT:
         best = _with_eaves(best, evidence, parameters.overhangs)
     if best.method != LAST_RESORT:
@@ -54,6 +57,14 @@ def _with_blocks(best: Candidate, parameters: LevelParameters) -> Candidate:
         return replace(best, blocks=dict(made))
     except NUMERICAL_TROUBLE as error:
         return replace(best, blocks={}, notes={**best.notes, "blocks_reason": f"{type(error).__name__}: {error}"})
+
+
+def _with_steps(best: Candidate, evidence: Evidence, parameters: SeenStepParameters) -> Candidate:
+    """The candidate with its steps where photographs show them; as it is, and with the reason, where that comes to nothing."""
+    try:
+        return with_seen_steps(best, evidence, parameters)
+    except NUMERICAL_TROUBLE as error:
+        return replace(best, notes={**best.notes, "step_reason": f"{type(error).__name__}: {error}"})
 
 
 def _with_eaves(best: Candidate, evidence: Evidence, parameters: OverhangParameters) -> Candidate:

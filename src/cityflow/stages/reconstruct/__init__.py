@@ -25,7 +25,9 @@ from cityflow.reconstruction.choose import Choice
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
+from cityflow.stages.reconstruct import unit_photographs
 from cityflow.stages.reconstruct.evidence import EvidenceInputs, evidence_of, read_evidence
+from cityflow.stages.reconstruct.unit_photographs import PhotographInputs, Photographs
 from cityflow.survey.city import City
 from cityflow.survey.kept_by_survey import kept_by_survey
 from cityflow.survey.results import HULL
@@ -34,7 +36,7 @@ from cityflow.survey.survey import UNREAD, WALL_MARGIN_M, Survey
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = "reconstruct"
-VERSION = 40
+VERSION = 41
 CANDIDATES = "candidates.city.jsonl"
 
 
@@ -46,12 +48,14 @@ class UnitInputs(TaskInputs):
     ----------
     source : attributes that name the data it is made from
     roofs : edits that set the type of its roof
+    photographs : that show it, of a matched surface
     """
 
     outline: OutlineAt
     evidence: EvidenceInputs
     source: Mapping[str, str | None]
     roofs: EditsField
+    photographs: PhotographInputs | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +65,7 @@ class RefusedInputs(TaskInputs):
     reason: str
 
 
-def task(survey: Survey, unit: UnitEntry) -> Task:
+def task(survey: Survey, unit: UnitEntry, shown: Photographs) -> Task:
     """One building."""
     source = survey.source_attributes(grown(unit.bounds, WALL_MARGIN_M))
     near = survey.edits.within(unit.bounds)
@@ -69,10 +73,10 @@ def task(survey: Survey, unit: UnitEntry) -> Task:
     roofs = Edits(roof_types=near.roof_types) if len(near) else near
     return KIND.task(
         unit.id, parameters=as_json(_parameters(survey, unit.id)),
-        inputs={"outline": unit.digest, **depends_on, "source": digest_of(source),
+        inputs={"outline": unit.digest, **depends_on, **shown.inputs, "source": digest_of(source),
                 **({"edits": digest_of(roofs.lines())} if len(roofs) else {})},
-        given=UnitInputs(unit.at, evidence, source, roofs),
-        limits=survey.limits(NAME),
+        given=UnitInputs(unit.at, evidence, source, roofs, shown.given),
+        limits=survey.limits(NAME), shared=shown.shared,
     )  # fmt: skip
 
 
@@ -100,6 +104,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     outline = given.outline.read(workspace.store)
     wanted = given.roofs.roof_type_of(outline.polygon)
     evidence = read_evidence(workspace.store, given.evidence, outline, wanted)
+    evidence = replace(evidence, photographs=unit_photographs.opened(workspace.store, given.photographs))
     judged = judged_model(evidence, parameters)
     choice = _obeying(_admitting(judged.choice, given.evidence.unread), wanted)
     measures = {**measure(choice, evidence, judged.fit), **attributes_of(judged)}
@@ -172,8 +177,13 @@ def _starts(city: City, ended: Node) -> Iterable[str]:
 
 
 def _evidence(city: City, name: str) -> Iterable[Node]:
-    """Surfaces under a unit, and what images show of it."""
+    """Surfaces under a unit, and what images have told of it."""
     return _over(city.survey, city.survey.lattice.tiles_under(city.units[name])) if name in city.units else ()
+
+
+def _photographs(city: City, name: str) -> Iterable[Node]:
+    """Images that show a unit."""
+    return unit_photographs.needed(city, city.units[name]) if name in city.units else ()
 
 
 @kept_by_survey
@@ -184,7 +194,9 @@ def _over(survey: Survey, under: tuple[str, ...]) -> Nodes:
 
 def _task(city: City, name: str) -> Task:
     unit = city.units.get(name)
-    return refused_task(city.survey, name, city.refused[name]) if unit is None else task(city.survey, unit)
+    if unit is None:
+        return refused_task(city.survey, name, city.refused[name])
+    return task(city.survey, unit, unit_photographs.photographs_of(city, unit))
 
 
 KIND = TaskKind(NAME, VERSION, run, UnitInputs)
@@ -194,9 +206,9 @@ STAGE = Stage(
     name=NAME,
     unit="building",
     place=Place.UNIT,
-    text="outline, points, façades, DSM and DTM, orthos → hull at LoD 1.2, 1.3, 2.2 with its measures and overhangs; every candidate with its scores",
+    text="outline, points, façades, DSM and DTM, orthos, images → hull at LoD 1.2, 1.3, 2.2 with its measures and overhangs; every candidate with its scores",
     kinds=(KIND, REFUSED_KIND),
-    needs=(_evidence,),
+    needs=(_evidence, _photographs),
     task=_task,
     starts=_starts,
     count=lambda city: city.count_units(),

@@ -1,0 +1,1 @@
+"""Steps of a roof where photographs show their edges."""

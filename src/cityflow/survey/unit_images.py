@@ -1,0 +1,54 @@
+"""The photographs that have a unit in their frame, found for all units of a tile at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+from cityflow.survey.city import City
+from cityflow.survey.colours import TileImages
+from cityflow.survey.unit_entry import UnitEntry
+from cityflow.survey.unit_index import UnitIndex
+
+TILES_KEPT = 64
+"""Some kilobytes a unit; the units of a tile are asked for within a short time."""
+MOST_IMAGES = 60
+"""Of a unit, the nearest ones; more say nothing new."""
+
+
+@dataclass(frozen=True, slots=True)
+class UnitImages:
+    """The images of the units of a tile.
+
+    Attributes
+    ----------
+    shown : all of them, in a table that tasks of these units share
+    names : unit → those that have it in their frame, sorted
+    """
+
+    shown: TileImages
+    names: Mapping[str, Sequence[str]]
+
+
+_KEPT: WeakKeyDictionary[City, dict[str, tuple[UnitIndex, UnitImages]]] = WeakKeyDictionary()
+
+
+def images_of_units(city: City, unit: UnitEntry) -> UnitImages:
+    """Those of the tile of a unit, whose units are known. Photographs from the street are none of them."""
+    kept, index = _KEPT.setdefault(city, {}), city.units_of[unit.tile]
+    found = kept.get(unit.tile)
+    if found is None or found[0] is not index:
+        kept.pop(unit.tile, None)
+        while len(kept) >= TILES_KEPT:
+            del kept[next(iter(kept))]
+        kept[unit.tile] = found = index, _of_units(city, index)
+    return found[1]
+
+
+def _of_units(city: City, index: UnitIndex) -> UnitImages:
+    images, flown = city.survey.images, city.survey.images.flown
+    each = images.showing_each(index.bounds, images.heights_over_each(index.bounds), [MOST_IMAGES] * len(index.names))
+    names = {u: [n for n in found if n in flown] for u, found in zip(index.names, each, strict=True)}
+    shown = sorted({n for found in names.values() for n in found})
+    return UnitImages(TileImages(city.survey, shown, shown), names)
