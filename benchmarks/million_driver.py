@@ -1,7 +1,7 @@
 """What a driver takes in a RUN of a million buildings: the last 102,400 of them, then what commands ask, and one building again.
 
     python benchmarks/million_driver.py flight RUN
-    python benchmarks/million_driver.py drive RUN [--minutes 25] [--steps] [--profile]
+    python benchmarks/million_driver.py drive RUN [--minutes 25] [--behind] [--steps] [--profile]
     python benchmarks/million_driver.py look RUN
     python benchmarks/million_driver.py again RUN [--inside 8] [--everywhere] [--profile]
     python benchmarks/million_driver.py repeat RUN
@@ -97,7 +97,8 @@ def flight(town: Town, folder: str) -> None:
     print(f"{len(tiles):,} surveyed tiles")
 
 
-def drive(town: Town, folder: str, steps: Steps, profiled: bool, minutes: float) -> None:
+def drive(town: Town, folder: str, steps: Steps, profiled: bool, minutes: float, behind: bool) -> None:
+    kept = left(town, folder) if behind else None
     with told("catalog"):
         wanted = limited(town.prepared(folder), last_tiles(town, town.last))
     with told("opening"):
@@ -114,6 +115,7 @@ def drive(town: Town, folder: str, steps: Steps, profiled: bool, minutes: float)
         progress = Progress(until=time.perf_counter() + 60 * minutes)
         driven(source, ledger, Scheduler(wanted.store, steps, progress=progress), profiled)
         print(f"resident at the end {resident_mb():.0f} MB")
+    del kept
     print(f"peak of the process, catalog and workers' part included, {_peak_mb():.0f} MB")
 
 
@@ -240,8 +242,11 @@ def report(town: Town, folder: str) -> None:
     )
 
 
-def left(town: Town, folder: str) -> None:
-    """What walk and city hold of all tiles but the last when these lie behind: records of true size are learned, and forgotten as in a run."""
+def left(town: Town, folder: str) -> Any:
+    """What walk and city hold of all tiles but the last when these lie behind: records of true size are learned, and forgotten as in a run.
+
+    Returns it.
+    """
     records, source = true_records(), town.prepared(folder).source()
     city, walk, seen = source.city, source.walk, defaultdict[str, list[str]](list)
     source.forget_by(lambda *_: None)
@@ -267,6 +272,7 @@ def left(town: Town, folder: str) -> None:
     print(
         f"{count:,} buildings, {held:.0f} MB more than before, {1e6 * held / count:.0f} bytes each; {len(city.units):,} units not forgotten"
     )
+    return source, seen
 
 
 def _placed(entry: dict[str, Any], name: str) -> dict[str, Any]:
@@ -296,6 +302,11 @@ def main() -> None:
     parser.add_argument("--side", type=int, default=50)
     parser.add_argument("--last", type=int, default=16)
     parser.add_argument("--minutes", type=float, default=1e9, help="on the clock, after which a drive is interrupted")
+    parser.add_argument(
+        "--behind",
+        action="store_true",
+        help="a drive in a process that holds of all other tiles what the whole has left of them",
+    )
     parser.add_argument("--steps", action="store_true", help="print the time by step and stage")
     parser.add_argument("--profile", action="store_true", help="print where the time goes")
     parser.add_argument("--inside", type=int, help="tiles from the south-western corner of the last; the middle")
@@ -310,7 +321,7 @@ def main() -> None:
         steps = Steps()
         if given.steps:
             steps.follow()
-        drive(town, given.run, steps, given.profile, given.minutes)
+        drive(town, given.run, steps, given.profile, given.minutes, given.behind)
         return
     if given.profile:
         profile.enable()

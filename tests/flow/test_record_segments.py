@@ -19,8 +19,9 @@ from cityflow.core.building import Status
 from cityflow.flow.index import cache_path
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.local_folder import LocalFolder
-from cityflow.flow.record_segments import FOLDER, LINES, TABLE
-from cityflow.flow.records import mark_path, record_path, write_mark, write_record
+from cityflow.flow.record_segments import FOLDER, LINES, TABLE, unpacked
+from cityflow.flow.records import decode, mark_path, record_path, write_mark, write_record
+from cityflow.flow.segment_files import SegmentFiles
 from cityflow.flow.segment_rows import ordered
 from cityflow.flow.some_units import SomeUnits
 from cityflow.flow.state import State
@@ -119,6 +120,29 @@ def test_joined_records_say_what_they_said_as_files(either_store: Store) -> None
         assert ledger.state(toy(NAMES[0], version=9)) is State.DONE
         assert ledger.units("toy").count(NAMES[0]) == 1
         assert ledger.count_files() == total + 1
+
+
+def test_pieces_are_where_the_newest_records_stand(either_store: Store) -> None:
+    store = either_store
+    filled(store)
+    assert joined(store)
+    tasks = {
+        "toy": SomeUnits(tuple(sorted(NAMES[:3])), all_but=True),
+        "other": SomeUnits.only(NAMES[::3]),
+        "neither": SomeUnits(all_but=True),
+    }
+    with Ledger.open(store) as ledger:
+        loose, pieces = ledger.pieces(tasks)
+        files = SegmentFiles(store)
+        found = [ledger.latest(row.stage, row.unit) for row in loose]
+        for piece in pieces:
+            texts = [unpacked(files.piece(piece.name, f.offset, f.length), f) for f in piece.frames]
+            found += [decode(texts[frame][start : start + size]) for frame, start, size in piece.places.tolist()]
+        wanted = [r for stage, units in tasks.items() for r in ledger.as_stored(stage, units)]
+        assert sorted(map(repr, found)) == sorted(map(repr, wanted))
+        assert len({piece.name for piece in pieces}) == len(pieces) > 1
+        assert loose
+        assert ledger.pieces({"neither": SomeUnits(all_but=True)}) == ([], [])
 
 
 def test_marks_that_say_nothing_go_with_their_records(store: Store) -> None:

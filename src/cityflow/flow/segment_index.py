@@ -147,7 +147,7 @@ class Joined:
 
     def pieces(self, found: Sequence[IntArray]) -> list[Piece]:
         """Some rows of `newest` by segment."""
-        if not self._parts:
+        if not any(map(len, found)):
             return []
         rows = self._all()[0]
         places = np.column_stack(
