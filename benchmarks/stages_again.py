@@ -21,7 +21,7 @@ from cityflow.flow.shared import SharedTexts
 from cityflow.flow.task import Record, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.runs.prepare import Prepared, prepared
-from matching_speed import baseline_of
+from matching_speed import baseline_of, keep_heap
 from step_times import COMPILING, StepTimes
 from town_images import WORKFLOW
 
@@ -55,6 +55,7 @@ def main() -> None:
     )
     options.add_argument("--every", type=int, default=1, help="of so many tasks one")
     o = options.parse_args()
+    keep_heap()
     cv2.setNumThreads(1)
     wanted, records = prepared(WORKFLOW, o.catalog, str(o.run), [], o.aoi), records_of(o.run)
     tasks, times = tasks_of(wanted, records), StepTimes()
