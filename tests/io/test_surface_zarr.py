@@ -127,7 +127,7 @@ def test_a_local_frame_has_no_crs(tmp_path: Path, local: Reference) -> None:
 def test_a_chunk_is_a_file_even_if_nothing_was_measured(store: str) -> None:
     nothing = {name: np.full((TILE_CELLS, TILE_CELLS), layer.fill, layer.dtype) for name, layer in LAYERS.items()}
     tile = _grid(TILES[5])
-    paths = chunk_paths(LATTICE, tile, nothing)
+    paths = chunk_paths(LATTICE, tile, nothing, TILE_CELLS)
     assert paths[0] == f"dsm/c/{FARTHEST_TILE - 22377}/{FARTHEST_TILE + 4251}"
     assert not any((Path(store) / path).exists() for path in paths)
     write_tile(store, LATTICE, tile, nothing)
@@ -139,7 +139,7 @@ def test_only_the_tiles_own_chunks_change(store: str) -> None:
     before = _digests(store)
     write_tile(store, LATTICE, _grid(TILES[6]), _layers(TILES[6]))
     after = _digests(store)
-    assert set(after) - set(before) == set(chunk_paths(LATTICE, _grid(TILES[6]), _layers(TILES[6])))
+    assert set(after) - set(before) == set(chunk_paths(LATTICE, _grid(TILES[6]), _layers(TILES[6]), TILE_CELLS))
     assert {path: after[path] for path in before} == before
 
 
@@ -148,7 +148,7 @@ def test_an_ortho_has_bands_and_one_chunk_a_tile(tmp_path: Path, amersfoort: Ref
     create(path, LATTICE, TILE_CELLS, amersfoort, image_layers(3, "uint8"), extent=CITY)
     colour = np.random.default_rng(1).integers(0, 255, (3, TILE_CELLS, TILE_CELLS)).astype(np.uint8)
     write_tile(path, LATTICE, tile, {"ortho": colour})
-    assert all((Path(path) / p).is_file() for p in chunk_paths(LATTICE, tile, {"ortho": colour}))
+    assert all((Path(path) / p).is_file() for p in chunk_paths(LATTICE, tile, {"ortho": colour}, TILE_CELLS))
     _, found = read_layers(path, LATTICE, tile.bounds, ["ortho"])
     np.testing.assert_array_equal(found["ortho"], colour)
     ortho = chunked_surface(path)["ortho"]
@@ -164,15 +164,33 @@ def test_the_same_arrays_give_the_same_bytes(tmp_path: Path, amersfoort: Referen
     assert _digests(str(tmp_path / "a")) == _digests(str(tmp_path / "b"))
 
 
-def test_a_tile_that_is_not_one_chunk_is_refused(store: str) -> None:
+def test_a_tile_that_is_not_made_of_chunks_is_refused(store: str) -> None:
     tile = _grid(TILES[0])
     shifted = Grid(tile.x_min + 5, tile.y_max, CELL, TILE_CELLS, TILE_CELLS)
-    with pytest.raises(ValueError, match="not one chunk"):
+    with pytest.raises(ValueError, match="not made of chunks"):
         write_tile(store, LATTICE, shifted, _layers(TILES[0]))
-    with pytest.raises(ValueError, match="not one chunk"):
+    with pytest.raises(ValueError, match="not made of chunks"):
         write_tile(store, LATTICE, tile, {"dsm": np.zeros((3, 3), np.float32)})
     with pytest.raises(ValueError, match="does not lie inside"):
         write_tile(store, LATTICE, Grid(LATTICE.x_min - TILE_M, 0.0, CELL, TILE_CELLS, TILE_CELLS), {})
+
+
+def test_a_tile_may_be_several_chunks(tmp_path: Path, amersfoort: Reference) -> None:
+    """Written at once or chunk by chunk, files and bytes are the same."""
+    four = [TILES[k] for k in (0, 1, 4, 5)]
+    corner, edge = _grid(four[2]), 2 * TILE_CELLS
+    whole = Grid(corner.x_min, corner.y_max, CELL, edge, edge)
+    layers = {name: np.zeros((edge, edge), layer.dtype) for name, layer in _layers(four[0]).items()}
+    for tile in four:
+        for name, layer in _layers(tile).items():
+            layers[name][whole.slices(_grid(tile))] = layer
+    for name in ("a", "b"):
+        create(str(tmp_path / name), LATTICE, TILE_CELLS, amersfoort, extent=CITY)
+    once = write_tile(str(tmp_path / "a"), LATTICE, whole, layers)
+    parts = [path for tile in four for path in write_tile(str(tmp_path / "b"), LATTICE, _grid(tile), _layers(tile))]
+    assert sorted(once) == sorted(parts)
+    assert len(once) == 4 * len(layers)
+    assert _digests(str(tmp_path / "a")) == _digests(str(tmp_path / "b"))
 
 
 def test_creating_again_keeps_what_is_there(store: str, amersfoort: Reference) -> None:

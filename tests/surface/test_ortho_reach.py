@@ -8,7 +8,7 @@ import pytest
 from box_scene import view
 from cityflow.core.camera import OrientedImage
 from cityflow.core.local_frame import LocalFrame
-from cityflow.surface.ortho_reach import hiding_reach
+from cityflow.surface.ortho_reach import farthest_hiding, hiding_reach
 
 LOW_M, HIGH_M = 2.0, 30.0
 BOUNDS = (-20.0, -15.0, 20.0, 15.0)
@@ -69,3 +69,14 @@ def test_level_ground_hides_nothing_and_no_image_neither() -> None:
     assert hiding_reach([], frame, BOUNDS, (LOW_M, HIGH_M)) == 0.0
     level = view("level", (0.0, -150.0, 5.0), (0.0, 0.0, 5.0), up=(0.0, 0.0, 1.0))
     assert hiding_reach([level], frame, BOUNDS, (LOW_M, HIGH_M)) == np.inf
+
+
+def test_low_points_far_off_hide_nothing() -> None:
+    """A ray moves 0.4 m in plan as it rises by a metre: 20 m over the lowest place it is 8 m away."""
+    east = np.array([(20.0 + away, 0.0, 0.0) for away in (1.0, 7.9, 8.1, 12.0)])
+    heights = np.full(4, LOW_M + 20.0)
+    assert farthest_hiding(east, heights, BOUNDS, LOW_M, 0.4, 0.0) == pytest.approx(7.9)
+    assert farthest_hiding(east, heights, BOUNDS, LOW_M, 0.4, 0.5) == pytest.approx(8.1)
+    assert farthest_hiding(east, heights - 19.0, BOUNDS, LOW_M, 0.4, 0.0) == 0.0
+    corner = np.array([(23.0, 19.0, 0.0), (0.0, 0.0, 0.0)])
+    assert farthest_hiding(corner, np.full(2, LOW_M + 13.0), BOUNDS, LOW_M, 0.4, 0.0) == pytest.approx(5.0)

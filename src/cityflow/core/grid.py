@@ -101,6 +101,33 @@ class Grid:
             raise ValueError(f"{part} does not lie inside {self}")
         return slice(row, row + part.rows), slice(col, col + part.cols)
 
+    def part_over(self, bounds: Bounds, step: int = 1) -> Grid | None:
+        """The cells that bounds touch, and those beside them in squares of `step` cells counted from the corner; None where they touch none.
+
+        Where squares do not divide the grid, all of it.
+
+        >>> Grid(0.0, 4.0, 1.0, 4, 8).part_over((2.5, 0.5, 3.5, 9.0), 2)
+        Grid(x_min=2.0, y_max=4.0, cell=1.0, rows=4, cols=2)
+        >>> Grid(0.0, 4.0, 1.0, 4, 8).part_over((8.5, 0.5, 9.5, 1.0)) is None
+        True
+        """
+        touched = Grid.covering(bounds, self.cell)
+        top = max(round((self.y_max - touched.y_max) / self.cell), 0)
+        left = max(round((touched.x_min - self.x_min) / self.cell), 0)
+        bottom = min(round((self.y_max - touched.y_max) / self.cell) + touched.rows, self.rows)
+        right = min(round((touched.x_min - self.x_min) / self.cell) + touched.cols, self.cols)
+        if top >= bottom or left >= right:
+            return None
+        if self.rows % step or self.cols % step:
+            return self
+        top, left, bottom, right = (
+            top // step * step,
+            left // step * step,
+            -(-bottom // step) * step,
+            -(-right // step) * step,
+        )
+        return Grid(self.x_min + left * self.cell, self.y_max - top * self.cell, self.cell, bottom - top, right - left)
+
 
 @dataclass(frozen=True, slots=True, order=True)
 class Tile:
@@ -172,6 +199,15 @@ def lattice_grid(tile_m: float, cell_m: float) -> Grid:
     """
     edge = 2 * FARTHEST_TILE * round(tile_m / cell_m)
     return Grid(-FARTHEST_TILE * tile_m, FARTHEST_TILE * tile_m, cell_m, edge, edge)
+
+
+def bounds_around(first: Bounds, second: Bounds) -> Bounds:
+    """The box around two.
+
+    >>> bounds_around((0.0, 0.0, 2.0, 1.0), (1.0, -3.0, 1.5, 0.5))
+    (0.0, -3.0, 2.0, 1.0)
+    """
+    return min(first[0], second[0]), min(first[1], second[1]), max(first[2], second[2]), max(first[3], second[3])
 
 
 def grown(bounds: Bounds, by: float) -> Bounds:

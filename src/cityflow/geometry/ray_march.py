@@ -56,7 +56,17 @@ class Ray(NamedTuple):
 
 def tops_from(heights: Float32Array, z_0: float) -> Float32Array:
     """(rows, cols) float32 tops of columns, metres from the height `z_0`; `LOWEST` where heights are NaN or nothing is."""
-    return np.where(heights > LOWEST, heights - np.float64(z_0), LOWEST).astype(np.float32)
+    return np.asarray(_tops(np.ascontiguousarray(heights), float(z_0)))
+
+
+@njit(cache=True, nogil=True)
+def _tops(heights, z_0):  # type: ignore[no-untyped-def]
+    out = np.full(heights.shape, LOWEST, np.float32)
+    for r in range(heights.shape[0]):
+        for c in range(heights.shape[1]):
+            if heights[r, c] > LOWEST:
+                out[r, c] = np.float64(heights[r, c]) - z_0
+    return out
 
 
 def columns_over(grid: Grid, tops: Float32Array, origin: FloatArray) -> Columns:

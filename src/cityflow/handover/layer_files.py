@@ -22,7 +22,7 @@ from cityflow.io.rasters.raster import read_window, write_cog
 from cityflow.io.rasters.raster_header import read_raster_header
 from cityflow.io.rasters.raster_white import WHITE, white_of_raster
 from cityflow.io.rasters.remote_raster import raster_file
-from cityflow.io.rasters.surface_zarr import chunk_paths, write_tile
+from cityflow.io.rasters.surface_zarr import write_tile
 from cityflow.surface.true_ortho import Ortho
 
 
@@ -36,15 +36,14 @@ class GivenOrtho(TaskInputs):
 
 
 def store_layers(workspace: Workspace, zarr: str, whole: Grid, grid: Grid, layers: Mapping[str, NDArray[Any]]) -> str:
-    """Write a tile's chunk of each layer; the digest of the layers themselves, however the store compresses them.
+    """Write a tile's chunks of each layer; the digest of the layers themselves, however the store compresses them.
 
     Parameters
     ----------
     whole : the grid of all tiles that there can be;  grid : of the tile
     """
     digest = _digest(layers)
-    write_tile(workspace.store.zarr_store(zarr), whole, grid, layers)
-    for path in chunk_paths(whole, grid, layers):
+    for path in write_tile(workspace.store.zarr_store(zarr), whole, grid, layers):
         workspace.note(f"{zarr}/{path}", digest)
     return digest
 
@@ -81,5 +80,6 @@ def given_colours(path: str | Path, grid: Grid, reference: Reference, resampling
 def _digest(layers: Mapping[str, NDArray[Any]]) -> str:
     digest = hashlib.sha256()
     for name, layer in sorted(layers.items()):
-        digest.update(name.encode() + np.ascontiguousarray(layer).tobytes())
+        digest.update(name.encode())
+        digest.update(np.ascontiguousarray(layer).data.cast("B") if layer.size else b"")
     return digest.hexdigest()

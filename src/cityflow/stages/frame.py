@@ -10,8 +10,9 @@ import numpy as np
 from cityflow.core.arrays import Float32Array
 from cityflow.core.building import Status
 from cityflow.core.camera import OrientedImage
+from cityflow.core.colour_image import ColourImage
 from cityflow.core.depth_map import ImagePoints, numbers_within
-from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
+from cityflow.core.grid import Bounds, Grid, bounds_around, bounds_meet, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.parameters import Parameters
 from cityflow.flow.stage import Cost, Node, Place, Stage
@@ -25,10 +26,10 @@ from cityflow.handover.depth_reader import CheckedInputs, checked_boxes, checked
 from cityflow.handover.field_types import FrameField
 from cityflow.handover.fused import UNMATCHED
 from cityflow.handover.layer_files import store_layers, store_ortho
-from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
-from cityflow.surface.ortho_reach import hiding_reach
+from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse, part_with_points
+from cityflow.surface.ortho_reach import farthest_hiding, hiding_reach
 from cityflow.surface.ortho_visibility import BlockingSurface
-from cityflow.surface.true_ortho import OrthoParameters, true_ortho
+from cityflow.surface.true_ortho import Ortho, OrthoParameters, true_ortho
 from cityflow.survey.city import City
 from cityflow.survey.colours import ColourSources, colour_sources
 from cityflow.survey.depths import CheckedSources, checked_over, checked_sources, flight_tiles_over
@@ -38,8 +39,12 @@ from cityflow.survey.surface_source import FRAMES, IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "frame"
-VERSION = 11
+VERSION = 12
 EMPTY = "no image of this direction has depths here"
+MARGIN_CELLS = 8
+"""A fused surface stands no farther from its points, and rises no higher over them, cells: modes and planes reach less far."""
+NOTHING = {"dsm": np.nan, "dsm_filled": np.nan, "count": 0, "sigma": np.nan, "holes": True}
+"""Of a layer where no points are."""
 
 
 class FrameParameters(Parameters):
@@ -130,27 +135,52 @@ def recipe(survey: Survey, unit: str) -> FrameRecipe:
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Turn points and images into the local frame, then fuse and colour as for the world."""
     given, parameters = task.arguments_as(FrameInputs), task.parameters_as(FrameParameters)
-    frame, fusing, cell_m = given.frame, parameters.fuse, given.grid.cell
+    frame, cell_m = given.frame, given.grid.cell
     without = [UNMATCHED.format(f"tile {t}") for t in given.depths.missing]
     status = Status.DEGRADED if without else Status.DONE
     shown = given.colours.opened(workspace.store)
     points, count, reach_m = _in_frame(workspace.store, given, [i.image for i in shown], parameters)
     if not count or not shown:
         return workspace.outcome(status, "; ".join([EMPTY, *without]), {"digest": "empty", "points": 0})
-    core, wide = Grid.covering(given.bounds, cell_m), Grid.covering(grown(given.bounds, reach_m), cell_m)
-    fused = fuse(points, wide, fusing)
-    # what is so near to the edge is not whole, and hides nothing, unless the reach was cut off
-    edge_m = fusing.halo_cells * cell_m if reach_m < parameters.ortho.halo_m else 0.0
-    blocking = Grid.covering(grown(given.bounds, reach_m - edge_m), cell_m)
-    surface = _filled(fused, core, fusing)
     images = [replace(i, image=i.image.rotated(frame.frame_from_world, frame.origin)) for i in shown]
-    hiding = BlockingSurface(blocking, fused.dsm[wide.slices(blocking)])
-    made = true_ortho(core, surface, hiding, images, parameters.ortho)
-    zarr, whole = f"{FRAMES}/{frame.name}", given.grid
-    digest = store_layers(workspace, zarr, whole, core, _layers(fused, surface, wide.slices(core)))
+    layers, made = _made(points, given, reach_m, images, parameters)
+    core, zarr, whole = Grid.covering(given.bounds, cell_m), f"{FRAMES}/{frame.name}", given.grid
+    digest = store_layers(workspace, zarr, whole, core, layers)
     digest += store_ortho(workspace, zarr, whole, core, made)
     figures = {"digest": digest_of(digest), "points": count, "seen": float(made.mask.mean())}
     return workspace.outcome(status, "; ".join(without), figures)
+
+
+def _made(
+    points: ImagePoints, given: FrameInputs, reach_m: float, images: Sequence[ColourImage], p: FrameParameters
+) -> tuple[dict[str, np.ndarray], Ortho]:
+    """Surface and ortho of the tile, made of that part of it where points are near enough for holes to be filled: beyond there is nothing.
+
+    Parameters
+    ----------
+    points : in the frame;  reach_m : how far around the tile they are
+    images : turned into the frame
+    """
+    cell_m, fusing = given.grid.cell, p.fuse
+    core, wide = Grid.covering(given.bounds, cell_m), Grid.covering(grown(given.bounds, reach_m), cell_m)
+    known = part_with_points(points, wide)
+    # the cells of an ortho are decided two by two
+    own = core.part_over(grown(known.bounds, fusing.fill_m + cell_m), 2) if known is not None else None
+    around = wide.part_over(bounds_around(known.bounds, own.bounds)) if known is not None and own is not None else None
+    if own is None or around is None:
+        return _nothing(core, images)
+    fused = fuse(points, around, fusing)
+    surface = _filled(fused, own, fusing)
+    # what is so near to the edge is not whole, and hides nothing, unless the reach was cut off
+    edge_m = fusing.halo_cells * cell_m if reach_m < p.ortho.halo_m else 0.0
+    blocking = around.part_over(grown(given.bounds, reach_m - edge_m)) or around
+    hiding = BlockingSurface(blocking, fused.dsm[around.slices(blocking)])
+    made = true_ortho(own, surface, hiding, images, p.ortho)
+    layers, place = _layers(fused, surface, around.slices(own)), core.slices(own)
+    whole = {name: _laid(layer, place, core, NOTHING[name]) for name, layer in layers.items()}
+    return whole, Ortho(
+        _laid(made.colour, place, core, 0), _laid(made.source, place, core, -1), _laid(made.mask, place, core, False)
+    )
 
 
 def _in_frame(
@@ -161,12 +191,15 @@ def _in_frame(
     frame, cell_m, least_m = given.frame, given.grid.cell, p.fuse.reach_m(given.grid.cell)
     near = grown(given.bounds, least_m)
 
-    def reach(lowest: float, highest: float) -> float:
-        # holes are filled with heights of places so far away, which lie lower in a tilted frame
-        lowest -= p.fuse.fill_m * float(np.sqrt(1.0 - frame.frame_from_world[2, 2] ** 2))
-        hiding_m = hiding_reach(images, frame, given.bounds, (lowest, highest))
-        # what hides is itself fused with its surroundings, and widened
-        around_m = (p.fuse.halo_cells + p.ortho.widened_cells + 1) * cell_m
+    # holes are filled with heights of places so far away, which lie lower in a tilted frame
+    lower_m = p.fuse.fill_m * float(np.sqrt(1.0 - frame.frame_from_world[2, 2] ** 2))
+    # what hides is itself fused with its surroundings, and widened
+    around_m = (p.fuse.halo_cells + p.ortho.widened_cells + 1) * cell_m
+
+    def hiding(lowest: float, highest: float) -> float:
+        return hiding_reach(images, frame, given.bounds, (lowest - lower_m, highest))
+
+    def reach(hiding_m: float) -> float:
         return max(least_m, min(float(np.ceil(min(hiding_m, 1e6))) + around_m, p.ortho.halo_m))
 
     # maps of places that can hide nothing are not read
@@ -174,24 +207,46 @@ def _in_frame(
     widest = grown(given.bounds, max(least_m, p.ortho.halo_m) + cell_m)
     low = [box[2] for box, plan in boxes if bounds_meet(plan, near)]
     high = [box[5] for box, plan in boxes if bounds_meet(plan, widest)]
-    reach_m = reach(min(low), max(high)) if low else least_m
+    reach_m = reach(hiding(min(low), max(high))) if low else least_m
     wide = grown(given.bounds, reach_m + cell_m)
     points = checked_points(store, given.depths, wide, frame, colour=False)(wide)
     here = within(points.xyz, near)
     if not here.any():
         return points.take(here), 0, least_m
     heights = points.xyz @ frame.frame_from_world[:, 2] + frame.origin[2]
-    reach_m = min(reach(float(heights[here].min()), float(heights.max())), reach_m)
+    lowest, highest = float(heights[here].min()), float(heights.max())
+    hiding_m = hiding(lowest, highest)
+    if np.isfinite(hiding_m) and highest > lowest - lower_m:
+        share = hiding_m / (highest - lowest + lower_m)
+        margin_m = MARGIN_CELLS * cell_m
+        farthest_m = farthest_hiding(points.xyz, heights, given.bounds, lowest - lower_m, share, margin_m)
+        hiding_m = min(hiding_m, farthest_m + margin_m)
+    reach_m = min(reach(hiding_m), reach_m)
     # those farther off fall on no cell: to leave them is cheaper than to copy the others
     return points, len(numbers_within(points.xyz, grown(given.bounds, reach_m + cell_m))), reach_m
 
 
 def _filled(fused: Fused, core: Grid, p: FuseParameters) -> Float32Array:
     """(rows, cols) the surface of the tile, its holes filled from what lies as near as rays from them reach."""
-    near = Grid.covering(grown(core.bounds, p.fill_m), core.cell)
+    near = fused.grid.part_over(grown(core.bounds, p.fill_m)) or core
     part = fused.grid.slices(near)
     around = Fused(near, fused.dsm[part], fused.count[part], fused.sigma[part])
     return fill_steps(around, p, near.slices(core)).astype(np.float32)
+
+
+def _nothing(core: Grid, images: Sequence[ColourImage]) -> tuple[dict[str, np.ndarray], Ortho]:
+    pixels, blank = images[0].pixels, np.full(core.shape, np.nan, np.float32)
+    fused = Fused(core, blank, np.zeros(core.shape, np.uint32), blank)
+    colour = np.zeros((*core.shape, pixels.bands), pixels.dtype)
+    none = Ortho(colour, np.full(core.shape, -1, np.int16), np.zeros(core.shape, np.bool_))
+    return _layers(fused, blank, core.slices(core)), none
+
+
+def _laid(raster: np.ndarray, place: tuple[slice, slice], core: Grid, nothing: float) -> np.ndarray:
+    """(rows, cols, …) of the tile, of which `raster` is a part."""
+    whole = np.full((*core.shape, *raster.shape[2:]), nothing, raster.dtype)
+    whole[place] = raster
+    return whole
 
 
 def _layers(fused: Fused, surface: Float32Array, part: tuple[slice, slice]) -> dict[str, np.ndarray]:

@@ -151,7 +151,7 @@ def _fused(points: PointSource, grid: Grid, p: FuseParameters, noise: Float32Arr
         low, high = max(first - p.halo_cells, 0), min(last + p.halo_cells, grid.rows)
         strip = Grid(grid.x_min, grid.y_max - low * grid.cell, grid.cell, high - low, grid.cols)
         inside = points_within(points, _grown(strip))
-        some = _part_with_points(inside, strip)
+        some = part_with_points(inside, strip)
         if some is None:
             continue
         part, rough = _fused_strip(inside, some, p, noise is not None)
@@ -165,7 +165,7 @@ def _fused(points: PointSource, grid: Grid, p: FuseParameters, noise: Float32Arr
     return Fused(grid, dsm, count, sigma)
 
 
-def _part_with_points(points: ImagePoints, grid: Grid) -> Grid | None:
+def part_with_points(points: ImagePoints, grid: Grid) -> Grid | None:
     """The part of the grid around its points, outside which nothing is; None where it has none."""
     x_min, y_min, x_max, y_max = _bounds_within(points.xyz, grid.bounds)
     if x_min > x_max:

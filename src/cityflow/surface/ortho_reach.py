@@ -9,6 +9,7 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds
+from cityflow.core.kernels import njit
 from cityflow.core.local_frame import LocalFrame
 
 BORDER_STEPS = 33
@@ -35,6 +36,34 @@ def hiding_reach(
         default=0.0,
     )
     return max(heights[1] - heights[0], 0.0) * share
+
+
+def farthest_hiding(
+    points: FloatArray, heights: FloatArray, bounds: Bounds, lowest: float, share: float, margin_m: float
+) -> float:
+    """Largest distance in the plan of a frame from a tile at which a point is high enough to hide something of the tile, metres.
+
+    Parameters
+    ----------
+    points : (N, 3) in the frame;  heights : (N,) their heights in the world
+    bounds : of the tile;  lowest : its lowest place, world metres
+    share : what a ray moves in plan at most as it rises by a metre (`hiding_reach`)
+    margin_m : surfaces may stand so far from their points, and rise so far above them
+    """
+    return float(_farthest_hiding(points, heights, bounds, lowest - margin_m, share, margin_m))
+
+
+@njit(cache=True, nogil=True)
+def _farthest_hiding(points, heights, bounds, lowest, share, margin):  # type: ignore[no-untyped-def]
+    farthest = 0.0
+    for i in range(len(points)):
+        x, y = points[i, 0], points[i, 1]
+        across = max(bounds[0] - x, x - bounds[2], 0.0)
+        along = max(bounds[1] - y, y - bounds[3], 0.0)
+        away = np.sqrt(across * across + along * along)
+        if away > farthest and away - margin <= (heights[i] - lowest) * share:
+            farthest = away
+    return farthest
 
 
 def _steepest(rays: FloatArray, frame: LocalFrame) -> float:

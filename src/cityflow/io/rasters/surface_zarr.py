@@ -137,16 +137,17 @@ def create_group(store: StoreLike) -> None:
     zarr.open_group(store, mode="a", zarr_format=3, use_consolidated=False)
 
 
-def write_tile(store: StoreLike, grid: Grid, tile: Grid, layers: Mapping[str, NDArray[Any]]) -> None:
-    """Write one tile's chunk of each of `layers`, each ([bands,] rows, cols) of `tile`; `grid` is that of all tiles that there can be.
+def write_tile(store: StoreLike, grid: Grid, tile: Grid, layers: Mapping[str, NDArray[Any]]) -> list[str]:
+    """Write one tile's chunks of each of `layers`, each ([bands,] rows, cols) of `tile`; `grid` is that of all tiles that there can be. Returns the
+    paths of the chunks inside the store.
 
     Raises
     ------
     ValueError
-        The tile is not exactly one chunk, or a layer has another shape: two tasks could write one chunk.
+        The tile is not made of whole chunks, or a layer has another shape: two tasks could write one chunk.
     """
     rows, cols = grid.slices(tile)
-    group = _open(store, "r+")
+    group, paths = _open(store, "r+"), list[str]()
     for name, layer in layers.items():
         array: Any = group[name]
         height, width = array.chunks[-2:]
@@ -155,17 +156,20 @@ def write_tile(store: StoreLike, grid: Grid, tile: Grid, layers: Mapping[str, ND
             or layer.shape[:-2] != array.shape[:-2]
             or rows.start % height
             or cols.start % width
-            or tile.shape != (height, width)
+            or tile.rows % height
+            or tile.cols % width
         ):
-            raise ValueError(f"layer {name} of shape {layer.shape} over {tile} is not one chunk of {array.chunks}")
+            raise ValueError(f"layer {name} of shape {layer.shape} over {tile} is not made of chunks of {array.chunks}")
         array[..., rows, cols] = layer.astype(array.dtype, copy=False)
+        paths += chunk_paths(grid, tile, {name: layer}, height)
+    return paths
 
 
-def chunk_paths(grid: Grid, tile: Grid, layers: Mapping[str, NDArray[Any]]) -> list[str]:
-    """Paths inside the store of the chunks that `write_tile` writes."""
-    rows, cols = grid.slices(tile)
-    place = f"{rows.start // tile.rows}/{cols.start // tile.cols}"
-    return [f"{name}/c/{'0/' * (layer.ndim - 2)}{place}" for name, layer in layers.items()]
+def chunk_paths(grid: Grid, tile: Grid, layers: Mapping[str, NDArray[Any]], chunk_cells: int) -> list[str]:
+    """Paths inside the store of the chunks that `write_tile` writes, layer by layer."""
+    rows, cols = (range(s.start // chunk_cells, s.stop // chunk_cells) for s in grid.slices(tile))
+    places = [f"{row}/{col}" for row in rows for col in cols]
+    return [f"{name}/c/{'0/' * (layer.ndim - 2)}{place}" for name, layer in layers.items() for place in places]
 
 
 def window_of(grid: Grid, bounds: Bounds) -> Grid:
