@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -27,6 +27,7 @@ import numpy as np
 import shapely
 
 from cityflow.core.building import Outline, Status
+from cityflow.core.coarse import Blocks, Coarse
 from cityflow.core.grid import Tile
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task, digest_of
@@ -34,8 +35,9 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.export_rows import ROWS, encode_rows
 from cityflow.handover.outline_lines import Standing, entries, lines
 from cityflow.io.catalog.stac_assets import Catalog, LidarAsset, OutlineAsset
+from cityflow.io.city_models.coarse_scene import PARTS
 from cityflow.io.city_models.tiles3d import FOLDER as TILES3D
-from cityflow.io.city_models.tiles3d import Content, write_tileset
+from cityflow.io.city_models.tiles3d import Content, FarContent, write_tileset
 from cityflow.io.crs import resolve
 from cityflow.io.export_formats.tiles3d import about_tiles
 from cityflow.io.globe import globe_of
@@ -151,13 +153,32 @@ class Town:
         status = "degraded" if remark else "done"
         return {"status": status, "reason": "", "attributes": _attributes(unit), "overhangs": []}
 
+    heights = 1.0, 9.0
+    """Of floors and roofs."""
+
+    def _coarse(self, where: Tile, outlines: list[Outline], rows: Mapping[str, Any]) -> Coarse:
+        """What a tile looks like from far away."""
+        x_0, y_0, x_1, y_1 = where.bounds
+        corners = np.array([[x, y, self.heights[0]] for y in (y_0, y_1) for x in (x_0, x_1)])
+        count = len(outlines)
+        blocks = Blocks(
+            tuple(o.id for o in outlines), tuple(rows[o.id]["status"] for o in outlines), tuple(rows[o.id]["attributes"]["verdict"] for o in outlines),
+            np.full((count, 2), 0.05), tuple(o.polygon for o in outlines), np.tile(self.heights, (count, 1)),
+            np.full((count, 2, 3), 200, np.uint8),
+        )  # fmt: skip
+        return Coarse(
+            where.bounds, corners, np.array([[0, 1, 2], [1, 3, 2]]), None, where.bounds, blocks, (x_1 - x_0) / PARTS
+        )
+
     def _exported(self, tile: str, where: Tile, outlines: list[Outline], remark: str) -> Record:
         rows = {o.id: self._row(o.id, remark) for o in outlines}
         workspace = Workspace(self.store, Task(export.NAME, tile, "", 1, inputs={"remark": remark}))
         half = self.parameters.tiles.tile_m / 2
         box = np.array([-half, -half, 0.0]), np.array([half, half, 20.0])
         contents = [Content("buildings.glb", *box), Content("terrain.glb", *box)]
-        tileset = write_tileset(contents, frame_at(self.globe, _middle(where)), self.about)
+        coarse = self._coarse(where, outlines, rows)
+        far = FarContent(Content("coarse.glb", *box), coarse.error)
+        tileset = write_tileset(contents, frame_at(self.globe, _middle(where)), self.about, far)
         workspace.publish(f"{TILES3D}/{tile}/tileset.json", tileset)
         workspace.write(ROWS, encode_rows(rows))
         if len(self.city.tiles) > self.parameters.export.join_up_to_tiles:
@@ -167,7 +188,7 @@ class Town:
         others = {p: digest_of([p, remark]) for p in named}
         survey = self.city.survey
         leave_summary(
-            workspace, tile, where.bounds, rows, others, survey.product_metadata(), parent_of(self.city, tile)
+            workspace, tile, where.bounds, rows, others, survey.product_metadata(), parent_of(self.city, tile), coarse
         )
         return _record(export.NAME, tile, workspace.outputs, {"buildings": len(rows)})
 

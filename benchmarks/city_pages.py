@@ -141,8 +141,9 @@ class Pages(Town):
     def _exported(self, tile: str, where: Tile, outlines: list[Outline], remark: str) -> Record:
         for outline in outlines:
             self.note(_reconstructed(outline.id, tile, self._row(outline.id, remark)))
-        blocks = [_block(o, self._row(o.id, remark)["attributes"]) for o in outlines]
-        scene = Scene(tile, blocks, _terrain(where))
+        rows = {o.id: self._row(o.id, remark) for o in outlines}
+        blocks = [_block(o, rows[o.id]["attributes"]) for o in outlines]
+        scene = Scene(tile, blocks, _terrain(where), coarse=self._coarse(where, outlines, rows))
         for name, data in tile_files(scene, frame_at(self.globe, _middle(where)), self.about).items():
             self.store.write_bytes(name, data)
         transform, model = Transform.over(where.bounds), f"{CITYJSON}/{tile}.city.jsonl"

@@ -15,16 +15,21 @@ import numpy as np
 import shapely
 
 from cityflow.core.building import Building, Polyhedron
+from cityflow.core.coarse import Coarse
 from cityflow.core.texture import TexturePage, TextureSet
 from cityflow.flow.store import Store
+from cityflow.handover.texture_files import ATLAS_CELL
 from cityflow.io.city_models.cityjson import Transform, read_feature
-from cityflow.io.city_models.tiles3d import PORTABLE, RAW, About, Scene, tile_files
-from cityflow.io.city_models.tiles3d_tree import city_tilesets
+from cityflow.io.city_models.coarse_merge import for_above
+from cityflow.io.city_models.coarse_scene import coarse_of
+from cityflow.io.city_models.tiles3d import FOLDER, PORTABLE, RAW, About, Scene, tile_files
+from cityflow.io.city_models.tiles3d_tree import TileRoot, tree_over
 from cityflow.io.crs import resolve
 from cityflow.io.globe import globe_of
 from cityflow.io.globe_frame import frame_at
 from cityflow.reporting.view_frame import PageFrame
 from cityflow.reporting.view_units import FIELDS, ends_of, id_parts
+from cityflow.stages.export.far_contents import FarContents
 from cityflow.stages.export.textured_faces import texture_sets
 from cityflow.viewer.view_page import page_files
 
@@ -55,7 +60,7 @@ def town_of(run: Path) -> tuple[dict[str, Building], dict[str, TextureSet]]:
     records = (sorted(folder.glob("[0-9]*.json"))[-1] for folder in sorted((run / "records/atlas").iterdir()))
     outputs = [json.loads(r.read_text())["outputs"] for r in records]
     # of a run whose leaves were cut otherwise before, only those that are still there
-    leaves = [p for o in outputs if all((run / q).exists() for q in o) for p in o if p.endswith("leaf.json")]
+    leaves = [p for o in outputs if all((run / q).exists() for q in o) for p in o if p.endswith(ATLAS_CELL)]
     files: Any = _Files(run)
     sets = texture_sets(files, leaves, found)
     for name, made in sets.items():
@@ -74,22 +79,31 @@ def write_city(run: Path, out: Path, buildings: int) -> int:
     bounds = (*low.tolist(), *(low + step * across).tolist())
     globe, reference, about = globe_of(resolve(CRS), bounds), resolve(CRS), About("Repeated town")
     page = PageFrame.over(reference, bounds)
-    tilesets: dict[str, dict[str, bytes]] = {PORTABLE: {}, RAW: {}}
+    tilesets: dict[str, dict[str, TileRoot]] = {PORTABLE: {}, RAW: {}}
+    ground = _ground(low, step, min(b.ground_height for b in town.values()))
+    here = (*low.tolist(), *(low + step).tolist())
+    far = coarse_of(tuple(town.values()), *ground, here, sets["rectified"], None, _Files(run).read)
+    parts: dict[str, Coarse] = {}
     rows, pixels = [], dict.fromkeys(sets, 0)
     for copy in range(copies):
         shift = step * [copy % across, copy // across]
         moved = {f"{u}~{copy}": _moved(b, f"{u}~{copy}", shift) for u, b in town.items()}
         textures = {name: _renamed(s, copy, run, out, pixels, name) for name, s in sets.items()}
         middle = tuple((low + shift + step / 2).tolist())
-        scene = Scene(f"{copy}_0", tuple(moved.values()), _ground(low + shift, step, min(b.ground_height for b in town.values())),
-                      textures["rectified"], textures["raw"])  # fmt: skip
+        name, coarse = f"{copy}_0", _coarse_at(far, shift, copy)
+        surface = ground[0] + [*shift, 0.0], ground[1]
+        scene = Scene(name, tuple(moved.values()), surface, textures["rectified"], textures["raw"], coarse=coarse)
+        parts[name] = for_above(coarse)
         for path, data in tile_files(scene, frame_at(globe, (middle[0], middle[1], 0.0)), about).items():
             _write(out / path, data)
             if path.endswith((f"/{PORTABLE}", f"/{RAW}")):
-                tilesets[path.rsplit("/", 1)[1]][path] = data
+                tilesets[path.rsplit("/", 1)[1]][name] = TileRoot.of(path.removeprefix(f"{FOLDER}/"), data)
         rows += list(_rows(moved, copy, page))
-    for name, files in tilesets.items():
-        for path, data in city_tilesets(files, about, name).items():
+    shown = FarContents("city", parts, globe, "", lambda path, data: _write(out / path, data))
+    for name, roots in tilesets.items():
+        tree = tree_over(roots.values(), about, name, contents=shown.over({r.uri: n for n, r in roots.items()}))
+        assert tree is not None
+        for path, data in tree.files.items():
             _write(out / path, data)
     _write_page(out, rows, page, pixels)
     return len(rows)
@@ -103,6 +117,15 @@ def _moved(building: Building, name: str, shift: np.ndarray) -> Building:
     beyond = None if building.beyond is None else at(building.beyond)
     footprint = shapely.affinity.translate(building.footprint, *shift)
     return replace(building, id=name, footprint=footprint, solids=solids, beyond=beyond)
+
+
+def _coarse_at(coarse: Coarse, shift: np.ndarray, copy: int) -> Coarse:
+    """The same somewhere else."""
+    x, y = shift.tolist()
+    at = tuple(v + d for v, d in zip(coarse.bounds, (x, y, x, y), strict=True))
+    plans = tuple(shapely.affinity.translate(plan, x, y) for plan in coarse.blocks.plans)
+    blocks = replace(coarse.blocks, ids=tuple(f"{u}~{copy}" for u in coarse.blocks.ids), plans=plans)
+    return replace(coarse, bounds=at, extent=at, vertices=coarse.vertices + np.array([x, y, 0.0]), blocks=blocks)
 
 
 def _renamed(textures: TextureSet, copy: int, run: Path, out: Path, pixels: dict[str, int], name: str) -> TextureSet:
@@ -163,6 +186,7 @@ def _write_page(out: Path, rows: list[Any], page: PageFrame, pixels: Mapping[str
         _write(out / path, data)
 
 
-def _write(path: Path, data: bytes) -> None:
+def _write(path: Path, data: bytes) -> str:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(data)
+    return str(path)

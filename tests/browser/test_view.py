@@ -21,6 +21,7 @@ from cityflow.cli import app
 from cityflow.core.arrays import FloatArray
 
 RED, BLUE, GREEN = 0, 2, 1
+NEAR = "[...cityflowView.city.models.values()].filter(({ isFar }) => !isFar)"
 
 
 def test_the_page_is_painted_before_its_program_begins(browser: Chromium, address: str) -> None:
@@ -38,7 +39,7 @@ def test_the_page_is_painted_before_its_program_begins(browser: Chromium, addres
 def test_it_loads_without_errors_and_draws_the_city(page: Chromium) -> None:
     assert page.messages == []
     assert page.run("cityflowView.errors") == []
-    assert page.run("cityflowView.city.models.size") == 4, "buildings and terrain of two tiles"
+    assert page.run(f"{NEAR}.length") == 4, "buildings and terrain of two tiles"
     assert "4 of 5 buildings" in page.run("document.getElementById('subtitle').textContent")
 
 
@@ -271,20 +272,32 @@ def test_ids_are_found_by_their_beginning_or_a_part_in_any_part_of_the_table(pag
     assert page.run("cityflowView.index.find('nowhere')") is None
 
 
-def test_tiles_too_far_away_for_their_models_are_sheets_in_the_colours_of_their_buildings(page: Chromium) -> None:
-    assert not page.run("cityflowView.sheets.mesh.visible")
+def test_far_away_one_file_of_blocks_stands_for_all_tiles(page: Chromium) -> None:
+    """In the colours of how buildings ended; a click finds them, and the chosen one stays marked when its model comes."""
+    far = "[...cityflowView.city.meshes()].filter(({ model }) => model.isFar)"
+    assert page.run(f"{far}.length") == 0
     page.run(
-        "document.querySelector('input[value=status]').click(); cityflowView.stage.look([0, -6000, 5000], [0, 0, 0])"
+        "document.querySelector('input[value=status]').click(); cityflowView.stage.look([0, -900, 800], [0, 0, 0])"
     )
     page.wait(SETTLED)
-    page.wait("cityflowView.sheets.mesh.visible && cityflowView.city.drawnTiles().size === 0")
-    names = page.run("cityflowView.sheets.tiles.filter((t, k) => cityflowView.sheets.shown[k]).map((t) => t.name)")
-    assert sorted(names) == ["900_4600", "901_4600", "_"]
-    at = 3 * 4 * page.run("cityflowView.sheets.tiles.findIndex((t) => t.name === '901_4600')")
-    green = page.run("[...cityflowView.sheets.mesh.geometry.attributes.color.array]")[at : at + 3]
-    assert green[GREEN] > green[RED] + 0.1, "all of them are done"
+    page.wait(
+        "[...cityflowView.city.meshes()].length === 2 && [...cityflowView.city.meshes('buildings')][0].model.isFar"
+    )
+    assert page.run("cityflowView.stage.renderer.info.render.triangles") < 1400
+    at = middle(page, town.FLAT)
+    green = colours_at(page.picture(), np.array([at]))[0]
+    assert green[GREEN] > green[RED] + 40, "it is done"
+    page.click(*at)
+    page.wait("document.querySelector('#panel-body table')")
+    title = page.run("document.getElementById('panel-title').textContent")
+    assert title == page.run("cityflowView.city.selected")
+    corners = "cityflowView.city.edges.children[0].geometry.attributes.instanceStart.count"
+    block = page.run(corners)
+    assert block >= 8
     page.run("cityflowView.stage.overview(false)")
-    page.wait("!cityflowView.sheets.mesh.visible")
+    page.wait(SETTLED)
+    page.wait(f"{far}.length === 0 && cityflowView.city.edges")
+    assert page.run("cityflowView.errors") == []
 
 
 def test_raw_photographs_that_are_divided_look_like_rectified_ones(page: Chromium) -> None:
@@ -294,7 +307,7 @@ def test_raw_photographs_that_are_divided_look_like_rectified_ones(page: Chromiu
             f"(() => {{ const s = document.getElementById('textures'); s.value = '{choice}'; s.dispatchEvent(new Event('change')); }})()"
         )
         page.wait(SETTLED)
-        page.wait("cityflowView.city.set === 'raw' && cityflowView.city.models.size === 4")
+        page.wait(f"cityflowView.city.set === 'raw' && {NEAR}.length === 4")
         page.wait(SETTLED)
         assert differing(canvas(page), plain) < 4000, "an ortho is nearly a parallel picture: neither bends it"
 
@@ -378,7 +391,7 @@ def test_a_run_that_lost_a_tile_shows_the_rest_and_says_so(browser: Chromium, pa
     with served(tmp_path / "run") as address:
         browser.open(address, READY)
         browser.wait("cityflowView.city.failures.length")
-        browser.wait("cityflowView.city.models.size === 3")
+        browser.wait(f"{NEAR}.length === 3")
         assert "could not be loaded" in browser.run("document.getElementById('status').textContent")
         browser.click(*middle(browser, town.FLAT))
         browser.wait("document.querySelector('#panel-body table')")

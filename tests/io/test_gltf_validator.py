@@ -14,6 +14,8 @@ from cityflow.core.building import Building
 from cityflow.core.reference import Reference
 from cityflow.core.texture import Drape
 from cityflow.io.city_models.appearance import Appearance
+from cityflow.io.city_models.coarse_glb import write_coarse_glb
+from cityflow.io.city_models.coarse_scene import coarse_of
 from cityflow.io.city_models.gltf import write_buildings_glb, write_terrain_glb
 from cityflow.io.export_formats.formats import written
 from cityflow.io.export_formats.tile import CityTile
@@ -68,6 +70,17 @@ def test_terrain_has_no_faults(
     drape = Drape(paint.textures.pages[0], (84950.0, 447480.0, 85050.0, 447580.0)) if draped else None
     data = write_terrain_glb("t", *terrain, FRAME, Appearance("", drape=drape))
     assert _report(data, tmp_path) == {"Errors": 0, "Warnings": 0}
+
+
+@pytest.mark.parametrize("is_whole", [True, False])
+def test_what_stands_far_away_has_no_faults(
+    terrain: tuple[np.ndarray, np.ndarray], neighbours: list[Building], tmp_path: Path, is_whole: bool
+) -> None:
+    paint, bounds = painted(neighbours), (84950.0, 447480.0, 85050.0, 447580.0)
+    paint.save(tmp_path)
+    drape = Drape(paint.textures.pages[0], bounds) if is_whole else None
+    coarse = coarse_of(neighbours, *terrain, bounds, paint.textures, drape, lambda path: (tmp_path / path).read_bytes())
+    assert _report(write_coarse_glb("t", coarse, FRAME, is_whole=is_whole), tmp_path) == {"Errors": 0, "Warnings": 0}
 
 
 @pytest.mark.parametrize("textured", [True, False])

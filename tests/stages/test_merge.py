@@ -6,6 +6,7 @@ import json
 import shutil
 from collections.abc import Iterable
 from importlib import import_module
+from io import BytesIO
 from pathlib import Path
 
 import geopandas
@@ -14,8 +15,10 @@ import pystac
 import pytest
 import rasterio
 import shapely
+from PIL import Image
 
 from cityflow.core.building import Outline, Status
+from cityflow.core.coarse import Blocks, Coarse
 from cityflow.core.grid import Grid
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task, digest_of
@@ -23,8 +26,9 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.export_rows import ROWS, encode_rows
 from cityflow.handover.export_summary import decode_summary
 from cityflow.io.catalog.stac_assets import Catalog, LidarAsset, OutlineAsset
+from cityflow.io.city_models.coarse_merge import PLAIN
 from cityflow.io.city_models.tiles3d import FOLDER as TILES3D
-from cityflow.io.city_models.tiles3d import Content, write_tileset
+from cityflow.io.city_models.tiles3d import Content, FarContent, write_tileset
 from cityflow.io.crs import resolve
 from cityflow.io.export_formats.tiles3d import about_tiles
 from cityflow.io.globe import globe_of
@@ -37,8 +41,10 @@ from cityflow.stages.export.table import index_path, table_of, table_path
 from cityflow.stages.export.tile_summary import leave_summary
 from cityflow.survey.city import City
 from cityflow.survey.districts import CITY
+from glb_reading import Glb
 
 SIDE, TILE_M, CELL_M = 9, 250.0, 10.0
+RED = (200, 20, 20)
 X, Y = 80_000.0, 440_000.0
 """Corner of a town of 9 × 9 tiles: it lies on four districts of 8 × 8."""
 
@@ -84,12 +90,24 @@ class Town:
         corner = np.full(3, TILE_M / 2)
         contents = [Content("terrain.glb", -corner, np.array([*corner[:2], height]))]
         frame = frame_at(self.globe, ((bounds[0] + bounds[2]) / 2, (bounds[1] + bounds[3]) / 2, 0.0))
-        workspace.publish(f"{TILES3D}/{tile}/tileset.json", write_tileset(contents, frame, self.about))
+        workspace.publish(
+            f"{TILES3D}/{tile}/tileset.json",
+            write_tileset(contents, frame, self.about, FarContent(contents[0], TILE_M / 64)),
+        )
         workspace.write(ROWS, encode_rows(rows))
         outline = Outline(f"h{tile}", shapely.box(*bounds).buffer(-10.0), {}, "")
         workspace.publish(table_path(tile), table_of(tile, [outline], rows, "EPSG:7415"))
         others, said = {raster: digest_of(height)}, self.city.survey.product_metadata()
-        leave_summary(workspace, tile, bounds, rows, others, said, parent_of(self.city, tile))
+        leave_summary(
+            workspace,
+            tile,
+            bounds,
+            rows,
+            others,
+            said,
+            parent_of(self.city, tile),
+            coarse_of(tile, bounds, 0.75 * height),
+        )
         self.learn(record(export.NAME, tile, workspace.outputs))
 
     def merge(self) -> list[str]:
@@ -108,6 +126,18 @@ class Town:
 
     def contents(self) -> dict[str, bytes]:
         return {str(p.relative_to(self.folder)): p.read_bytes() for p in self.folder.rglob("*") if p.is_file()}
+
+
+def coarse_of(tile: str, bounds: tuple[float, float, float, float], height: float) -> Coarse:
+    """Level ground, and a red block of 60 m in its middle."""
+    x_0, y_0, x_1, y_1 = bounds
+    corners = np.array([[x_0, y_0, 0.0], [x_1, y_0, 0.0], [x_0, y_1, 0.0], [x_1, y_1, 0.0]])
+    plan = shapely.Point((x_0 + x_1) / 2, (y_0 + y_1) / 2).buffer(30.0, cap_style="square")
+    colours = np.array([[RED, (200, 200, 200)]], np.uint8)
+    blocks = Blocks(
+        (f"h{tile}",), ("done",), ("good",), np.full((1, 2), np.nan), (plan,), np.array([[0.0, height]]), colours
+    )
+    return Coarse(bounds, corners, np.array([[0, 1, 2], [1, 3, 2]]), None, bounds, blocks, TILE_M / 64)
 
 
 def record(stage: str, unit: str, outputs: object) -> Record:
@@ -144,7 +174,11 @@ def test_a_changed_tile_rewrites_what_is_above_it_and_nothing_else(town: Town, t
     assert town.merge() == [above, CITY]
     assert town.merge() == []
     products = {p for p, data in town.contents().items() if before.get(p) != data and p.startswith("products")}
-    assert products == {
+    far = {p for p in products if p.startswith(f"{TILES3D}/coarse/")}
+    assert sorted(p for p in far if "city" in p) == [f"{TILES3D}/coarse/city.glb"]
+    assert 1 <= len(far) <= 4, "a node of each level above the tile"
+    assert all(p.split("/")[-1].startswith(("city", above)) for p in far)
+    assert products - far == {
         table_path(tile), index_path(above), f"products/dsm/{tile}.tif", f"products/items/p-{tile}.json", f"{TILES3D}/{tile}/tileset.json",
         f"{TILES3D}/{above}.json", f"products/items/p-{above}.json", f"{TILES3D}/tileset.json", "products/items/p-city.json",
     }  # fmt: skip
@@ -214,6 +248,45 @@ def test_an_export_that_failed_leaves_its_raster_and_no_hole_elsewhere(town: Tow
         assert (raster.read(1) >= 20.0).all()
 
 
+def test_every_node_shows_what_is_below_it_from_far_away(town: Town) -> None:
+    """Terrain without gaps, blocks that are higher than the error, the others painted; boxes hold it; bounded whatever is below."""
+    folder, seen = town.folder / TILES3D, []
+    for name in ("tileset.json", *(f"{district}.json" for district in town.city.districts.names)):
+        left = [json.loads((folder / name).read_text())["root"]]
+        while left:
+            node = left.pop()
+            left += node.get("children", [])
+            if "children" not in node:
+                continue
+            assert node["refine"] == "REPLACE"
+            glb = Glb.of((folder / node["content"]["uri"]).read_bytes())
+            matrix = np.array(glb.document["nodes"][0]["matrix"]).reshape(4, 4).T
+            xyz = np.concatenate([glb.attributes(p)["POSITION"] for p in glb.primitives]).astype(float)
+            x, y, z = (xyz @ matrix[:3, :3].T + matrix[:3, 3]).T
+            box = np.array(node["boundingVolume"]["box"])
+            sides = box[3:].reshape(3, 3)
+            away = (np.column_stack([x, -z, y]) - box[:3]) @ sides.T / (sides**2).sum(axis=1)
+            assert np.abs(away).max() <= 1
+            blocks = sum(len(glb.triangles(p)) for p in glb.primitives[1:])
+            ground = glb.primitives[0]
+            a, b, c = (glb.attributes(ground)["POSITION"][glb.triangles(ground)[:, i]] for i in range(3))
+            area = np.abs(np.cross(b - a, c - a)[:, 1]).sum() / 2
+            seen.append((node["geometricError"], area, blocks))
+    errors, areas, blocks = np.array(seen).T
+    assert areas.max() == pytest.approx((SIDE * TILE_M) ** 2, rel=2e-3)
+    assert errors.max() == pytest.approx(SIDE * TILE_M / 64, abs=0.02)
+    assert blocks[np.argmax(errors)] == 10 * 27, "of the city those that are 22.5 m high"
+    low = errors < 8.0
+    assert (blocks[low] == 10 * np.rint(areas[low] / TILE_M**2)).all()
+    root = json.loads((folder / "tileset.json").read_text())["root"]
+    glb = Glb.of((folder / root["content"]["uri"]).read_bytes())
+    image = glb.document["images"][0]
+    picture = np.asarray(Image.open(BytesIO(glb.view(image["bufferView"]))), float)
+    share = (60 / TILE_M) ** 2
+    found = (picture[..., 0].mean() - PLAIN[0]) / (RED[0] - float(PLAIN[0]))
+    assert found == pytest.approx(share, abs=0.02), "as much roof is painted as there is"
+
+
 def contents_of(folder: Path, name: str) -> list[str]:
     """URIs of all tilesets of tiles below a tileset, each parent holding its parts; errors never grow on the way down."""
     tree = json.loads((folder / name).read_text())
@@ -224,6 +297,8 @@ def contents_of(folder: Path, name: str) -> list[str]:
         for child in node.get("children", ()):
             assert child["geometricError"] <= node["geometricError"]
             left.append(child)
+        if uri.endswith(".glb"):
+            continue
         if "/" in uri:
             found.append(uri)
         elif uri:

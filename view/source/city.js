@@ -65,8 +65,10 @@ export class City {
   /** Drawn for a moment without 'buildings', or without the 'chosen' one alone; null: with all that is shown. */
   without(what) {
     for (const model of this.models.values()) {
-      model.scene.visible = this.shown[model.part] && !(what === 'buildings' && model.part === what);
-      for (const { material } of model.meshes) material.uniforms.leftOut.value = what === 'chosen' ? 1 : 0;
+      for (const mesh of model.meshes) {
+        mesh.visible = this.shown[partOf(mesh)] && !(what === 'buildings' && partOf(mesh) === what);
+        mesh.material.uniforms.leftOut.value = what === 'chosen' ? 1 : 0;
+      }
       for (const lines of model.creases ?? []) lines.visible = model.isPlain && !(what === 'chosen' && model.rows.has(this.selected));
     }
   }
@@ -131,6 +133,7 @@ export class City {
     tiles.addEventListener('load-model', ({ scene, tile, url }) => this.tiles === tiles && this.#loaded(scene, url ?? tile.content?.uri ?? ''));
     const { models } = this;
     tiles.addEventListener('dispose-model', ({ scene }) => gone(scene, models));
+    tiles.addEventListener('tile-visibility-change', ({ scene }) => models.get(scene)?.rows.has(this.selected) && this.#forgetOutline());
     tiles.addEventListener('load-error', ({ url, error }) => this.#failed(url, error));
     for (const event of ['needs-update', 'needs-render', 'load-tileset', 'load-content', 'tiles-load-end']) {
       tiles.addEventListener(event, this.stage.changed);
@@ -178,9 +181,13 @@ export class City {
 
   show(part, isShown) {
     this.shown[part] = isShown;
-    for (const model of this.models.values()) model.scene.visible = this.shown[model.part];
+    for (const model of this.models.values()) this.#hide(model);
     if (this.edges) this.edges.visible = this.shown.buildings;
     this.stage.changed();
+  }
+
+  #hide(model) {
+    for (const mesh of model.meshes) mesh.visible = this.shown[partOf(mesh)];
   }
 
   select(id) {
@@ -190,11 +197,16 @@ export class City {
     this.stage.changed();
   }
 
+  /** The chosen building is drawn from another model now, near or far. */
+  #forgetOutline() {
+    if (!this.edges) return;
+    this.stage.scene.remove(this.edges);
+    disposed(this.edges);
+    this.edges = null;
+  }
+
   #outline() {
-    if (this.edges) {
-      this.stage.scene.remove(this.edges);
-      disposed(this.edges);
-    }
+    this.#forgetOutline();
     // tiles are attached to the scene some time after they have come
     const model = [...this.models.values()].find(({ rows, scene }) => rows.has(this.selected) && scene.parent);
     model?.scene.updateWorldMatrix(true, true);
@@ -222,8 +234,8 @@ export class City {
     const hits = this.raycaster.intersectObject(this.tiles.group, true);
     for (const hit of hits) {
       const model = this.models.get(rootOf(hit.object, this.models));
-      if (!model || !(part ? model.part === part : model.scene.visible)) continue;
-      return { place: hit.point, part: model.part, ...this.#described(model, hit) };
+      if (!model || !(part ? partOf(hit.object) === part : hit.object.visible)) continue;
+      return { place: hit.point, part: partOf(hit.object), isFar: model.isFar, ...this.#described(model, hit) };
     }
     return null;
   }
@@ -235,11 +247,6 @@ export class City {
     return { unit: model.tables.ids[rows.getX(hit.face.a)], surface: model.tables.words[model.tables.types[face]] };
   }
 
-  /** Names of the ground tiles of which something is drawn now. */
-  drawnTiles() {
-    return new Set([...this.models.values()].filter(({ scene }) => scene.parent).map(({ tile }) => tile));
-  }
-
   /** Whether a tile that was loaded knows a class of surfaces. */
   hasClass(name) {
     return [...this.models.values()].some(({ tables }) => tables?.words.includes(name));
@@ -248,14 +255,14 @@ export class City {
   /** Meshes of the tiles that are drawn now. */
   *meshes(part = null) {
     for (const model of this.models.values()) {
-      if (!model.scene.parent || (part && model.part !== part)) continue;
-      for (const mesh of model.meshes) yield { mesh, model };
+      if (!model.scene.parent) continue;
+      for (const mesh of model.meshes) if (!part || partOf(mesh) === part) yield { mesh, model };
     }
   }
 
   #loaded(scene, url) {
     const tables = scene.userData.tables ?? null;
-    const model = { scene, tables, part: tables ? 'buildings' : 'terrain', tile: tileOf(url), meshes: [], colours: null, rows: new Map() };
+    const model = { scene, tables, isFar: Boolean(tables?.units), tile: tileOf(url), meshes: [], colours: null, rows: new Map() };
     if (tables) {
       tables.ids.forEach((id, row) => model.rows.set(id, row));
       model.colours = unitTexture(tables.ids.length);
@@ -265,16 +272,16 @@ export class City {
       if (object.isMesh) model.meshes.push(object);
     });
     for (const mesh of model.meshes) {
-      if (tables) classify(mesh.geometry, tables.types);
+      if (partOf(mesh) === 'buildings') classify(mesh.geometry, tables.types);
       mesh.material = materialFor(mesh, { classColours: this.classColours, unitColours: model.colours });
     }
     this.sharpener.note(model);
-    scene.visible = this.shown[model.part];
+    this.#hide(model);
     this.models.set(scene, model);
     this.stage.isBlank = false;
     this.#dress(model);
     this.#mark(model);
-    if (tables) this.#know(model);
+    if (tables && !model.isFar) this.#know(model);
     this.stage.changed();
   }
 
@@ -289,10 +296,12 @@ export class City {
   #dress(model) {
     const mode = model.tables ? MODES[this.mode] : PHOTOGRAPHS;
     if (mode === UNIT) this.#paint(model);
-    this.#crease(model, mode);
-    for (const { material, geometry } of model.meshes) {
-      define(material, 'MODE', mode);
-      define(material, 'IS_MUTED', model.tables || this.mode === 'photographs' ? undefined : '');
+    if (!model.isFar) this.#crease(model, mode);
+    for (const mesh of model.meshes) {
+      const { material, geometry } = mesh;
+      const isBuilding = partOf(mesh) === 'buildings';
+      define(material, 'MODE', isBuilding ? mode : PHOTOGRAPHS);
+      define(material, 'IS_MUTED', isBuilding || this.mode === 'photographs' ? undefined : '');
       define(material, 'HAS_TRIPLETS', geometry.attributes._uvd && this.isDivided ? '' : undefined);
     }
   }
@@ -310,7 +319,8 @@ export class City {
 
   #paint(model) {
     const { data } = model.colours.image;
-    model.tables.ids.forEach((id, row) => data.set([...this.#colourOf(this.units.byId.get(id)), 255], 4 * row));
+    const known = model.isFar ? (_, row) => model.tables.units[row] : (id) => this.units.byId.get(id);
+    model.tables.ids.forEach((id, row) => data.set([...this.#colourOf(known(id, row)), 255], 4 * row));
     model.colours.needsUpdate = true;
   }
 
@@ -324,9 +334,9 @@ export class City {
 
   #mark(model) {
     const row = this.selected === null ? undefined : model.rows.get(this.selected);
-    for (const { material } of model.meshes) {
-      define(material, 'HAS_SELECTION', row === undefined ? undefined : '');
-      material.uniforms.selected.value = row ?? -1;
+    for (const mesh of model.meshes) {
+      define(mesh.material, 'HAS_SELECTION', row === undefined || partOf(mesh) !== 'buildings' ? undefined : '');
+      mesh.material.uniforms.selected.value = row ?? -1;
     }
   }
 
@@ -397,6 +407,9 @@ function unitTexture(count) {
   texture.magFilter = NearestFilter;
   return texture;
 }
+
+/** Whether a mesh is of `buildings` or of the `terrain`. */
+export const partOf = (mesh) => (mesh.geometry.attributes._feature_id_0 ? 'buildings' : 'terrain');
 
 /** The ground tile that a file is of: its folder. */
 const tileOf = (url) => decodeURIComponent(url.split(/[?#]/)[0].split('/').at(-2) ?? '');

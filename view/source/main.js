@@ -14,7 +14,6 @@ import { Layers } from './layers.js';
 import { Link } from './link.js';
 import { Panel } from './panel.js';
 import { fillSearch } from './search.js';
-import { Sheets } from './sheets.js';
 import { Stage } from './stage.js';
 import { Tools } from './tools.js';
 import { Units } from './units.js';
@@ -59,12 +58,10 @@ async function start() {
   head(about, served);
   const city = new City(about, index, stage);
   stage.beforeFrame.push(() => city.update());
-  const sheets = new Sheets(index, city, stage);
-  stage.beforeFrame.push(() => sheets.update());
   const layers = new Layers(about, index, stage);
   const link = new Link();
   const tools = new Tools(city, layers, stage, about);
-  const page = { about, index, stage, city, sheets, layers, link, tools };
+  const page = { about, index, stage, city, layers, link, tools };
   page.panel = new Panel(index, { run: served.run, onclose: () => choose(page, null), onfocus: (unit) => approach(page, unit) });
   // before moving writes itself into the link, which may lead elsewhere
   page.clear = keepClear(stage);

@@ -11,6 +11,7 @@ const LOOK_PER_PIXEL = 0.003;
 const GLIDE_MS = 450;
 const ASIDE_MS = 200;
 const RIM_PX = 40;
+const MOST_DISTANCE_M = 2e4;
 
 /** Width and height in pixels of the page. */
 const sizeOf = ({ clientWidth, clientHeight }) => [Math.max(clientWidth, 1), Math.max(clientHeight, 1)];
@@ -35,7 +36,7 @@ export class Stage {
     this.camera = new PerspectiveCamera(FOV_DEG, 1, 1, 1e4);
     this.camera.up.set(0, 0, 1);
     this.controls = new MapControls(this.camera, canvas);
-    Object.assign(this.controls, { maxPolarAngle: Math.PI * 0.495, minDistance: 2, maxDistance: 2e4, zoomToCursor: true, dampingFactor: 0.15 });
+    Object.assign(this.controls, { maxPolarAngle: Math.PI * 0.495, minDistance: 2, maxDistance: MOST_DISTANCE_M, zoomToCursor: true, dampingFactor: 0.15 });
     this.controls.listenToKeyEvents(canvas);
     this.controls.keyPanSpeed = 30;
     this.beforeFrame = [];
@@ -56,6 +57,7 @@ export class Stage {
   show(bounds, corners) {
     this.box.set(new Vector3(...bounds.slice(0, 3)), new Vector3(...bounds.slice(3)));
     this.corners = corners;
+    this.controls.maxDistance = Math.max(MOST_DISTANCE_M, 3 * this.box.getSize(new Vector3()).length());
     this.overview(false);
   }
 
@@ -245,7 +247,9 @@ export class Stage {
     const away = this.camera.position.distanceTo(this.box.getCenter(new Vector3()));
     const reach = this.box.getSize(new Vector3()).length();
     const near = this.isFlying ? 1 : this.camera.position.distanceTo(this.controls.target);
-    this.camera.near = Math.min(Math.max(near / 50, 0.2), 20);
+    // nothing stands higher than the box; depth has steps, which are large where what is near is drawn, too
+    const clear = Math.max(20, (this.camera.position.z - this.box.max.z) / 4);
+    this.camera.near = Math.min(Math.max(near / 50, 0.2), clear);
     this.camera.far = away + reach + 2000;
     this.camera.updateProjectionMatrix();
     for (const step of this.afterMove) step();

@@ -2,6 +2,7 @@
 import {
   BufferAttribute, BufferGeometry, Group, Line, LineBasicMaterial, Points, PointsMaterial, Vector3,
 } from 'three';
+import { partOf } from './city.js';
 import { diverging, DIVERGING_GRADIENT, POINT_CLASSES, UNKNOWN } from './colours.js';
 import { toWorld } from './data.js';
 import { byId, element, metres, percent, say } from './elements.js';
@@ -154,7 +155,7 @@ export class Tools {
   async #section() {
     const [a, b] = this.places;
     this.#result(element('p', { class: 'muted' }, 'Reading points …'));
-    const lines = [...this.city.meshes()].flatMap(({ mesh, model }) => sectionTriangles(mesh, model.part, a, b));
+    const lines = [...this.city.meshes()].flatMap(({ mesh }) => sectionTriangles(mesh, partOf(mesh), a, b));
     const clouds = await this.#points(Math.min(a.x, b.x), Math.min(a.y, b.y), Math.max(a.x, b.x), Math.max(a.y, b.y), this.width);
     const profile = profileOf(a, b, this.width, clouds);
     this.profile = { ...profile, lines, length: Math.hypot(b.x - a.x, b.y - a.y), lift: this.#lift(a) };
@@ -175,6 +176,7 @@ export class Tools {
 
   async #residuals(hit) {
     if (!hit.unit) return this.#result(element('p', {}, 'This is no building.'));
+    if (hit.isFar) return this.#result(element('p', {}, 'This is a block that stands for a building far away: come nearer.'));
     const triangles = roofTriangles(this.city, hit.unit);
     const { box } = triangles;
     const clouds = await this.#points(...box, 0.5);

@@ -77,7 +77,7 @@ def write_buildings_glb(
     xyz = frame.local(surfaces.xyz)
     writer = _Primitives(surfaces, y_up(xyz), y_up(face_normals(xyz, surfaces)), materials)
     primitives = [writer.primitive(batch) for batch in batches(surfaces)]
-    document = _document(name, primitives, materials, style)
+    document = document_of(name, primitives, materials, style.attribution)
     document["extensionsUsed"] = sorted({FEATURES, METADATA, *materials.extensions})
     document["extensions"] = {METADATA: structural_metadata(_tables(buildings, surfaces), buffer)}
     return buffer.glb(document)
@@ -111,7 +111,7 @@ def write_terrain_glb(
     xyz = frame.local(vertices)
     attributes = {
         "POSITION": buffer.attribute(y_up(xyz).astype(np.float32), bounds=True),
-        "NORMAL": buffer.attribute(y_up(_smooth_normals(xyz, triangles)).astype(np.float32)),
+        "NORMAL": buffer.attribute(y_up(smooth_normals(xyz, triangles)).astype(np.float32)),
     }
     if appearance.drape is None:
         material = materials.plain(TERRAIN_MATERIAL, linear(np.array(MATERIALS[TERRAIN_MATERIAL]) * 255))
@@ -120,7 +120,7 @@ def write_terrain_glb(
         attributes["TEXCOORD_0"] = buffer.attribute(uv.astype(np.float32))
         material = materials.page(appearance.drape.page)
     primitive = {"attributes": attributes, "indices": buffer.indices(triangles, len(xyz)), "material": material}
-    return buffer.glb(_document(name, [primitive], materials, style))
+    return buffer.glb(document_of(name, [primitive], materials, style.attribution))
 
 
 def y_up(xyz: FloatArray) -> FloatArray:
@@ -196,10 +196,11 @@ def _tables(buildings: Sequence[Building], surfaces: Surfaces) -> tuple[Table, T
     )
 
 
-def _document(name: str, primitives: list[Json], materials: Materials, style: GltfStyle) -> dict[str, Json]:
+def document_of(name: str, primitives: list[Json], materials: Materials, attribution: str) -> dict[str, Json]:
+    """A document of one mesh without its buffer; `attribution` is whom viewers name as the source."""
     asset = {"version": "2.0", "generator": "cityflow"}
-    if style.attribution:
-        asset["copyright"] = style.attribution
+    if attribution:
+        asset["copyright"] = attribution
     document = {
         "asset": asset, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"name": name, "mesh": 0}],
         "meshes": [{"name": name, "primitives": primitives}], **materials.json,
@@ -207,7 +208,7 @@ def _document(name: str, primitives: list[Json], materials: Materials, style: Gl
     return {**document, "extensionsUsed": materials.extensions}
 
 
-def _smooth_normals(xyz: FloatArray, triangles: IntArray) -> FloatArray:
+def smooth_normals(xyz: FloatArray, triangles: IntArray) -> FloatArray:
     """(V, 3) unit normals: means of the triangles around, by area; upwards where these cancel."""
     a, b, c = (xyz[triangles[:, i]] for i in range(3))
     vectors = np.zeros_like(xyz)

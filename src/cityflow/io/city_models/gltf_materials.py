@@ -87,6 +87,17 @@ def linear(colour: NDArray[Any]) -> FloatArray:
     return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
 
 
+def srgb(light: FloatArray) -> NDArray[np.uint8]:
+    """Linear light, 0 to 1 → sRGB, 0 to 255, rounded.
+
+    >>> srgb(linear(np.arange(256))).tolist() == list(range(256))
+    True
+    """
+    light = np.asarray(light, np.float64)
+    share = np.where(light <= 0.0031308, light * 12.92, 1.055 * np.maximum(light, 0.0) ** (1 / 2.4) - 0.055)
+    return np.rint(np.clip(share, 0.0, 1.0) * 255).astype(np.uint8)
+
+
 def vertex_colours(colour: NDArray[Any]) -> NDArray[np.uint16]:
     """(N, 3) sRGB, 0 to 255 → (N, 4) linear, 16 bits, opaque: eight bits of linear light are too few in the shade."""
     rgb = np.rint(linear(colour) * _LARGEST).astype(np.uint16)

@@ -16,9 +16,11 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Building, Lod
+from cityflow.core.coarse import Coarse
 from cityflow.core.texture import Drape, TextureSet
 from cityflow.io.attributes import xml_text
 from cityflow.io.city_models.appearance import Appearance
+from cityflow.io.city_models.coarse_glb import places_of, write_coarse_glb
 from cityflow.io.city_models.gltf import GltfStyle, write_buildings_glb, write_terrain_glb
 from cityflow.io.city_models.gltf_buffer import compact_json
 from cityflow.io.globe import Placing
@@ -28,7 +30,7 @@ Json = Any
 VERSION = "1.1"
 FOLDER = "products/tiles3d"
 PORTABLE, RAW = "tileset.json", "tileset_raw.json"
-BUILDINGS, BUILDINGS_RAW, TERRAIN = "buildings.glb", "buildings_raw.glb", "terrain.glb"
+BUILDINGS, BUILDINGS_RAW, TERRAIN, COARSE = "buildings.glb", "buildings_raw.glb", "terrain.glb", "coarse.glb"
 SHARE_OF_DIAGONAL = 1 / 8
 """Geometric error of a tile without content, by its diagonal: at 16 pixels of error on a screen of 1,080 a tile of 500 m loads 5 km away."""
 
@@ -72,6 +74,7 @@ class Scene:
     buildings : with their party walls cut
     terrain : (V, 3) vertices, world metres, and (T, 3) triangles
     rectified, raw : textures of the buildings, drape : ortho on the terrain; None where there is none
+    coarse : the same from far away; None where only what is near is written
     """
 
     name: str
@@ -80,6 +83,7 @@ class Scene:
     rectified: TextureSet | None = None
     raw: TextureSet | None = None
     drape: Drape | None = None
+    coarse: Coarse | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,6 +93,14 @@ class Content:
     uri: str
     lower: FloatArray
     upper: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FarContent:
+    """A file that stands for all others of a tile where that is seen from far away, and its geometric error, metres."""
+
+    content: Content
+    error: float
 
 
 def tile_files(scene: Scene, frame: TileFrame, about: About) -> Mapping[str, bytes]:
@@ -107,6 +119,9 @@ def _files(scene: Scene, frame: TileFrame, about: About) -> Iterator[tuple[str, 
     terrain = write_terrain_glb(TERRAIN, *scene.terrain, frame, Appearance(folder, drape=scene.drape), style)
     if terrain:
         yield f"{folder}/{TERRAIN}", terrain
+    far = None if scene.coarse is None else write_coarse_glb(COARSE, scene.coarse, frame, about.attribution)
+    if far:
+        yield f"{folder}/{COARSE}", far
     sets = [(PORTABLE, BUILDINGS, scene.rectified)]
     if scene.raw is not None:
         sets.append((RAW, BUILDINGS_RAW, scene.raw))
@@ -116,7 +131,10 @@ def _files(scene: Scene, frame: TileFrame, about: About) -> Iterator[tuple[str, 
             yield f"{folder}/{file}", buildings
         contents = [*_contents(scene, frame, file if buildings else "", TERRAIN if terrain else "")]
         if contents:
-            yield f"{folder}/{tileset}", write_tileset(contents, frame, about)
+            yield (
+                f"{folder}/{tileset}",
+                write_tileset(contents, frame, about, _far(scene.coarse if far else None, frame)),
+            )
 
 
 def _contents(scene: Scene, frame: TileFrame, buildings: str, terrain: str) -> Iterator[Content]:
@@ -128,27 +146,34 @@ def _contents(scene: Scene, frame: TileFrame, buildings: str, terrain: str) -> I
         yield _content(buildings, np.concatenate([shell.vertices for shell in shells]), frame)
 
 
+def _far(coarse: Coarse | None, frame: TileFrame) -> FarContent | None:
+    return None if coarse is None else FarContent(_content(COARSE, places_of(coarse), frame), coarse.error)
+
+
 def _content(uri: str, xyz: FloatArray, frame: TileFrame) -> Content:
     local = frame.local(xyz)
     return Content(uri, local.min(axis=0) - BOX_MARGIN_M, local.max(axis=0) + BOX_MARGIN_M)
 
 
-def write_tileset(contents: Sequence[Content], frame: TileFrame, about: About) -> bytes:
-    """A tileset whose root stands where `frame` stands and has a child for each content.
+def write_tileset(contents: Sequence[Content], frame: TileFrame, about: About, far: FarContent | None = None) -> bytes:
+    """A tileset whose root stands where `frame` stands and has a child for each content; `far` is shown in place of all of them.
 
     Many viewers read one content per tile only, so several are children.
     """
-    lower = np.min([content.lower for content in contents], axis=0)
-    upper = np.max([content.upper for content in contents], axis=0)
+    every = [*contents, *([] if far is None else [far.content])]
+    lower = np.min([content.lower for content in every], axis=0)
+    upper = np.max([content.upper for content in every], axis=0)
     children = [
         {"boundingVolume": {"box": box_of(c.lower, c.upper)}, "geometricError": 0, "content": {"uri": c.uri}}
         for c in contents
     ]
     box = box_of(lower, upper)
-    root = {
-        "transform": frame.matrix, "boundingVolume": {"box": box}, "geometricError": error_of(box),
-        "refine": "ADD", "children": children,
-    }  # fmt: skip
+    shown: dict[str, Json] = (
+        {"geometricError": error_of(box), "refine": "ADD"}
+        if far is None
+        else {"geometricError": far.error, "refine": "REPLACE", "content": {"uri": far.content.uri}}
+    )
+    root = {"transform": frame.matrix, "boundingVolume": {"box": box}, **shown, "children": children}
     return tileset_json(root, about)
 
 
@@ -163,7 +188,7 @@ def tileset_json(root: dict[str, Json], about: About) -> bytes:
         "asset": {"version": VERSION},
         "schema": {"id": "cityflow_tileset", "classes": {"tileset": {"properties": properties}}},
         "metadata": {"class": "tileset", "properties": metadata},
-        "geometricError": 2 * root["geometricError"],
+        "geometricError": size_of(root["boundingVolume"]["box"]),
         "root": root,
     }
     return compact_json(whole) + b"\n"
@@ -178,6 +203,11 @@ def box_of(lower: FloatArray, upper: FloatArray, axes: FloatArray | None = None)
     if axes is None:
         return [round(float(v), _BOX_DECIMALS) for v in (*centre, *sides.reshape(-1))]
     return [float(v) for v in (*centre, *sides.reshape(-1))]
+
+
+def size_of(box: Sequence[float]) -> float:
+    """Diagonal of a box, metres to the centimetre: the error where nothing of it is shown."""
+    return round(2 * math.hypot(*box[3:]), 2)
 
 
 def error_of(box: Sequence[float]) -> float:

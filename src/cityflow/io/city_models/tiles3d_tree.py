@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.io.city_models.tiles3d import FOLDER, PORTABLE, About, box_of, error_of, tileset_json
+from cityflow.io.city_models.tiles3d import BOX_MARGIN_M, FOLDER, PORTABLE, About, box_of, error_of, tileset_json
 
 Json = Any
 TILES_PER_FILE = 256
@@ -56,6 +56,29 @@ class TileRoot:
         return np.asarray(box[:3] + _CORNERS @ box[3:].reshape(3, 3))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class NodeContent:
+    """What is shown in place of all below a node where they are far away.
+
+    Attributes
+    ----------
+    uri : from the tree's folder
+    error : metres
+    places : (N, 3) of what is in it, in the frame of the whole
+    """
+
+    uri: str
+    error: float
+    places: FloatArray
+
+
+Members = tuple[str, ...]
+"""URIs of the tilesets below a node."""
+
+NodeContents = Callable[[str, Sequence[Members]], NodeContent | None]
+"""What a node shows: from the way to it, a digit per level, and the members of each of its children; asked for from below upwards."""
+
+
 @dataclass(frozen=True, slots=True)
 class Tree:
     """A tileset over others: its files by their path in RUN, and its root as a tree above it sees it."""
@@ -65,8 +88,9 @@ class Tree:
 
 
 def tree_over(
-    roots: Iterable[TileRoot], about: About, name: str = PORTABLE, root_transform: Sequence[float] | None = None
-) -> Tree | None:
+    roots: Iterable[TileRoot], about: About, name: str = PORTABLE, root_transform: Sequence[float] | None = None,
+    contents: NodeContents = lambda *_: None,
+) -> Tree | None:  # fmt: skip
     """The tileset `name` over others; for more than 256 of them with quarters in files of their own, ``NAME_0_12.json``.
 
     Parameters
@@ -74,6 +98,7 @@ def tree_over(
     roots : of the tilesets below, in any order
     name : of the file; of the set over the whole city `tiles3d.PORTABLE` or `tiles3d.RAW`
     root_transform : 16 numbers, column after column, that place a local frame; none by default
+    contents : what nodes show; by default nothing
 
     Returns
     -------
@@ -82,7 +107,7 @@ def tree_over(
     ordered = sorted(roots, key=lambda root: root.uri)
     if not ordered:
         return None
-    tree = _Tree(ordered, about, name.removesuffix(".json"))
+    tree = _Tree(ordered, about, name.removesuffix(".json"), contents)
     node = tree.node(np.arange(len(ordered)), tree.square(), "")
     top = node if root_transform is None else {"transform": [float(v) for v in root_transform], **node}
     tree.files[f"{FOLDER}/{name}"] = tileset_json({"refine": "ADD", **top}, about)
@@ -101,9 +126,9 @@ def city_tilesets(
 class _Tree:
     """Builds nodes over tiles in the plane of the middle tile; `files` gathers the quarters that are files of their own."""
 
-    def __init__(self, roots: Sequence[TileRoot], about: About, stem: str) -> None:
+    def __init__(self, roots: Sequence[TileRoot], about: About, stem: str, contents: NodeContents) -> None:
         self.files: dict[str, bytes] = {}
-        self._roots, self._about, self._stem = roots, about, stem
+        self._roots, self._about, self._stem, self._contents = roots, about, stem, contents
         centres = np.array([root.box[:3] for root in roots])
         middle = int(np.argmin(((centres - centres.mean(axis=0)) ** 2).sum(axis=1)))
         self.axes = roots[middle].axes
@@ -119,15 +144,21 @@ class _Tree:
         """The tile over some ground tiles; `path` is the way to it, a digit per level."""
         if len(members) == 1:
             return self._leaf(self._roots[members[0]])
-        children = [
-            self._child(*quarter, f"{path}{i}", len(members))
-            for i, quarter in self._quarters(members, square, len(path))
-        ]
+        quarters = self._quarters(members, square, len(path))
+        children = [self._child(*quarter, f"{path}{i}", len(members)) for i, quarter in quarters]
         if len(children) == 1 and "children" in children[0]:
             return children[0]
-        corners = np.concatenate([self._roots[i].corners for i in members]) @ self._axes.T
-        box = box_of(corners.min(axis=0), corners.max(axis=0), self._axes)
-        return {"boundingVolume": {"box": box}, "geometricError": error_of(box), "children": children}
+        corners = np.concatenate([self._roots[i].corners for i in members])
+        content = self._contents(path, [tuple(self._roots[i].uri for i in found) for _, (found, _) in quarters])
+        shown: dict[str, Json] = {}
+        if content is not None:
+            corners = np.concatenate([corners, content.places])
+            shown = {"refine": "REPLACE", "content": {"uri": content.uri}}
+        local = corners @ self._axes.T
+        box = box_of(local.min(axis=0) - BOX_MARGIN_M, local.max(axis=0) + BOX_MARGIN_M, self._axes)
+        below = max(child["geometricError"] for child in children)
+        error = max(error_of(box) if content is None else content.error, below)
+        return {"boundingVolume": {"box": box}, "geometricError": error, **shown, "children": children}
 
     def _child(self, members: IntArray, square: _Square, path: str, siblings: int) -> dict[str, Json]:
         """A quarter, in a file of its own where it fits in one and all `siblings` together do not."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Building
+from cityflow.core.coarse import Coarse
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.core.texture import Drape, TextureSet
@@ -28,6 +29,7 @@ class CityTile:
     ----------
     terrain : as a whole;  terrain_parts : the same in pieces that each hang together, for formats whose surfaces are in one piece
     city : bounds of all tiles
+    coarse : what it looks like from far away
     raw, rectified : textures in the geometry of photographs, and straight from the front; None where there are none
     """
 
@@ -44,6 +46,7 @@ class CityTile:
     raw: TextureSet | None = None
     rectified: TextureSet | None = None
     drape: Drape | None = None
+    coarse: Coarse | None = None
     openings: Openings = field(default_factory=lambda: NO_OPENINGS)
 
     @property

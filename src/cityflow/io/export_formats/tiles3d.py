@@ -14,7 +14,7 @@ def write(tile: CityTile) -> Files:
     globe = globe_of(tile.reference, tile.city or tile.bounds)
     x_min, y_min, x_max, y_max = tile.bounds
     frame = frame_at(globe, ((x_min + x_max) / 2, (y_min + y_max) / 2, 0.0))
-    scene = Scene(tile.name, tile.buildings, tile.terrain, tile.rectified, tile.raw, tile.drape)
+    scene = Scene(tile.name, tile.buildings, tile.terrain, tile.rectified, tile.raw, tile.drape, tile.coarse)
     about = about_tiles(tile.title, tile.attribution, tile.date, tile.reference, globe)
     yield from tile_files(scene, frame, about).items()
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from cityflow.core.building import Building, Lod, Status
 from cityflow.core.grid import Bounds
@@ -22,7 +21,8 @@ from cityflow.handover.product_metadata import ProductMetadata
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.texture_files import ATLAS_CELL
 from cityflow.io.catalog.products_catalog import COLLECTION
-from cityflow.io.city_models.cityjson import overhang_rows, read_feature
+from cityflow.io.city_models.cityjson import read_feature
+from cityflow.io.city_models.coarse_scene import coarse_of
 from cityflow.io.crs import resolve
 from cityflow.io.export_formats.formats import written
 from cityflow.io.export_formats.tile import CityTile
@@ -33,7 +33,7 @@ from cityflow.stages.export.table import table_of, table_path
 from cityflow.stages.export.terrain import Draped, DrapeInputs, drape, plans_of, terrain_of
 from cityflow.stages.export.textured_faces import texture_sets, with_texture_figures
 from cityflow.stages.export.tile_openings import openings_on, with_window_figures
-from cityflow.stages.export.tile_summary import leave_summary
+from cityflow.stages.export.tile_summary import leave_summary, row_of
 from cityflow.surface.tin_parts import connected_parts
 from cityflow.survey.city import EXPORT, City
 from cityflow.survey.surface_source import IMAGES
@@ -43,7 +43,8 @@ from cityflow.survey.texture_inputs import atlas_cells_of, tiles_around, windows
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = EXPORT
-VERSION = 14
+VERSION = 15
+TILES3D = "tiles3d"
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,10 +172,13 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         given.metadata,
         terrain_of(workspace.store, given.surfaces, given.bounds, plans, parameters.terrain),
     )
+    look = (sets["rectified"] if given.textures else None, draped.drape)
+    surface = (terrain.vertices, terrain.triangles)
+    coarse = coarse_of(own, *surface, given.bounds, *look, workspace.read) if TILES3D in parameters.formats else None
     tile = CityTile(
-        task.unit, given.bounds, own, (terrain.vertices, terrain.triangles), connected_parts(terrain.vertices, terrain.triangles),
+        task.unit, given.bounds, own, surface, connected_parts(terrain.vertices, terrain.triangles),
         resolve(metadata.crs), metadata.title, metadata.date, metadata.attribution,
-        city=given.city, drape=draped.drape, openings=opened,
+        city=given.city, drape=draped.drape, openings=opened, coarse=coarse,
         **({"raw": sets["raw"], "rectified": sets["rectified"]} if given.textures else {}),
     )  # fmt: skip
     # all of them before the first is replaced: what fails here leaves the products of before as they are
@@ -182,27 +186,17 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         workspace.publish(path, data)
     unlike = differing_walls({u: b.solids[Lod.LOD22] for u, b in finished.items()})
     finished.update({b.id: b for b in own})
-    rows = {u: _row(finished.get(u), given.hulls[u]) for u in given.own}
+    rows = {u: row_of(finished.get(u), given.hulls[u]) for u in given.own}
     workspace.write(ROWS, encode_rows(rows))
     if given.table:
         outlines = [standings[u].outline for u in given.own]
         workspace.publish(table_path(task.unit), table_of(task.unit, outlines, rows, metadata.crs))
-    leave_summary(workspace, task.unit, given.bounds, rows, given.others, metadata, given.parent)
+    leave_summary(workspace, task.unit, given.bounds, rows, given.others, metadata, given.parent, coarse)
     return workspace.outcome(
         Status.DEGRADED if draped.lost else Status.DONE,
         f"terrain without ortho: {draped.lost}" if draped.lost else "",
         {"buildings": len(own), "unlike_walls": unlike, "terrain_triangles": len(terrain.triangles)},
     )
-
-
-def _row(building: Building | None, hull: Hull) -> dict[str, Any]:
-    """What the report and the status map say of a unit."""
-    if building is None:
-        return {"status": str(hull.status), "reason": hull.reason, "attributes": None}
-    return {
-        "status": str(building.status), "reason": building.reason, "attributes": dict(building.attributes),
-        "overhangs": overhang_rows(building.overhangs),
-    }  # fmt: skip
 
 
 def _buildings(store: Store, given: ExportInputs, standings: Mapping[str, Standing]) -> dict[str, Building]:

@@ -11,6 +11,7 @@ from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.coarse_files import COARSE, decode_coarse, encode_coarse
 from cityflow.handover.export_rows import ROWS
 from cityflow.handover.export_summary import SUMMARY, Summary, added, around, decode_summary, encode_summary, first_of
 from cityflow.handover.product_metadata import ProductMetadata
@@ -22,6 +23,7 @@ from cityflow.io.crs import resolve
 from cityflow.io.export_formats.tiles3d import about_tiles
 from cityflow.io.globe import globe_of
 from cityflow.io.rasters.raster import write_vrt
+from cityflow.stages.export.far_contents import FarContents
 from cityflow.stages.export.items import PRODUCTS, item_of, source_of
 from cityflow.stages.export.joined_products import JoinInputs, Refused, write_joined
 from cityflow.stages.export.metadata_inputs import metadata_inputs
@@ -32,7 +34,7 @@ from cityflow.survey.districts import CITY
 from cityflow.survey.results import Results
 from cityflow.survey.survey_parameters import ExportParameters
 
-VERSION = 10
+VERSION = 11
 NOBODY = Refused({}, ())
 
 
@@ -43,6 +45,7 @@ class MergeInputs(TaskInputs):
     Attributes
     ----------
     parts : tile or district → RUN-relative path of its summary; empty where it left none
+    coarse : those of the parts that left what they look like from far away → RUN-relative path of it
     tiles : those of the parts that are tiles: name → bounds, metres;  rasters : raster → those of them that have it
     bounds : of all tiles, metres;  cell_m : of the rasters
     ortho_bands, ortho_dtype : of the true ortho, without the band that says where it has a colour
@@ -52,6 +55,7 @@ class MergeInputs(TaskInputs):
     """
 
     parts: Mapping[str, str]
+    coarse: Mapping[str, str]
     tiles: Mapping[str, Bounds]
     rasters: Mapping[str, tuple[str, ...]]
     bounds: Bounds
@@ -75,6 +79,7 @@ def task(city: City, unit: str) -> Task:
     """Merge what the parts of a district, or of the city, have left."""
     survey = city.survey
     parts = {name: summary_of(survey.results, name) for name in city.districts.parts[unit]}
+    coarse = {name: _left(survey.results, name, COARSE) for name in parts}
     tiles = {name: survey.lattice.tiles[name].bounds for name in parts if name in survey.lattice.tiles}
     rasters = {r: tuple(t for t in tiles if _has(survey.results, r, t)) for r in RASTERS}
     tables = {t: d for t in tiles if (d := survey.results.outputs_of(NAME, t).get(table_path(t)))}
@@ -85,13 +90,15 @@ def task(city: City, unit: str) -> Task:
         unit, parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.export)),
         inputs={
             **{f"part {name}": digest for name, (_, digest) in parts.items()},
+            **{f"far {name}": digest for name, (path, digest) in coarse.items() if path},
             "rasters": digest_of([rasters, cell_m, *survey.ortho_kind]), **metadata_inputs(survey, metadata),
             **({"bounds": digest_of(survey.lattice.bounds)} if unit == CITY else {}),
             **{what: digest for what, digest in (("tables", digest_of(tables) if tables else ""), ("once", once)) if digest},
             **({"parent": parent} if parent != COLLECTION else {}),
         },
         given=MergeInputs(
-            {name: path for name, (path, _) in parts.items()}, tiles, rasters, survey.lattice.bounds, cell_m,
+            {name: path for name, (path, _) in parts.items()}, {name: path for name, (path, _) in coarse.items() if path},
+            tiles, rasters, survey.lattice.bounds, cell_m,
             *survey.ortho_kind, metadata, parent, tuple(map(table_path, tables)), joined, refused,
         ),
         limits=survey.limits(NAME),
@@ -100,8 +107,12 @@ def task(city: City, unit: str) -> Task:
 
 def summary_of(results: Results, unit: str) -> tuple[str, str]:
     """Path and digest of the summary of a tile or district; an empty path where it left none."""
+    return _left(results, unit, SUMMARY)
+
+
+def _left(results: Results, unit: str, file: str) -> tuple[str, str]:
     found = results.outputs_of(NAME, unit)
-    return next(((p, d) for p, d in found.items() if p.endswith(f"/{SUMMARY}")), ("", "missing"))
+    return next(((p, d) for p, d in found.items() if p.endswith(f"/{file}")), ("", "missing"))
 
 
 def _has(results: Results, raster: str, tile: str) -> bool:
@@ -192,14 +203,21 @@ def _tilesets(
     globe = globe_of(reference, given.bounds)
     about = about_tiles(metadata.title, metadata.attribution, metadata.date, reference, globe)
     transform = parameters.root_transform if globe is None and unit == CITY else None
+    part_of = {path: name for name, path in given.coarse.items()}
+    left = {part_of[p]: decode_coarse(data) for p, data in workspace.store.read_many(sorted(part_of))}
+    far = FarContents(unit, left, globe, metadata.attribution, workspace.publish)
     found: dict[str, TileRoot] = {}
     for name in (PORTABLE, RAW):
-        roots = [p.roots[name] for p in parts.values() if name in p.roots]
-        tree = tree_over(roots, about, name if unit == CITY else name.replace("tileset", unit, 1), transform)
+        roots = {n: p.roots[name] for n, p in parts.items() if name in p.roots}
+        file = name if unit == CITY else name.replace("tileset", unit, 1)
+        tree = tree_over(roots.values(), about, file, transform, far.over({root.uri: n for n, root in roots.items()}))
         if tree is not None:
             found[name] = tree.root
             for path, data in tree.files.items():
                 workspace.publish(path, data)
+        whole = far.whole(roots)
+        if name == PORTABLE and whole is not None:
+            workspace.write(COARSE, encode_coarse(whole))
     return found
 
 
