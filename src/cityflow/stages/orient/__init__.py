@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -12,13 +13,14 @@ import numpy as np
 
 from cityflow.adjustment.bundle import AdjustmentParameters
 from cityflow.adjustment.control_check import ContradictionError
-from cityflow.adjustment.features import FeatureParameters, find_features
+from cityflow.adjustment.features import FeatureParameters, Features, find_features
 from cityflow.adjustment.guided_matching import guided_matches
 from cityflow.adjustment.pair_check import agreeing
 from cityflow.adjustment.refinement import refined
 from cityflow.adjustment.tracks import tied
 from cityflow.core.building import Status
 from cityflow.core.control_points import ControlPoint
+from cityflow.core.pixels import ArrayPixels
 from cityflow.errors import CatalogError
 from cityflow.flow.task import Json, Limits, Outcome, Record, Task, digest_of
 from cityflow.flow.task_kind import TaskKind
@@ -32,7 +34,7 @@ from cityflow.handover.source_file import SourceFile
 from cityflow.handover.tie_files import decode_features, decode_matches, encode_features, encode_matches
 from cityflow.io.catalog.stac_assets import ImageAsset
 from cityflow.io.fetch import local_file
-from cityflow.io.images.image_tiles import tile_image
+from cityflow.io.images.image_tiles import picture_strips, tile_image
 from cityflow.io.images.tiled_images import check_size, image_header, open_image
 from cityflow.orientation.tie_pairs import tie_pairs
 from cityflow.orientation.views import View
@@ -47,6 +49,8 @@ FEATURES_FILE, TIES_FILE, BLOCK_FILE = "features.bin", "ties.bin", "block.json"
 POINTS_FILE, BLOCK_TIES_FILE = "points.npy", "block_ties.npy"
 LEAST_TIES, LEAST_SHARE = 15, 0.35
 """Matches of a pair that agree, and their share of all: fewer may agree by chance; set by hand on synthetic flights."""
+ROWS, WHOLE_PX = 512, 12_000_000
+"""Rows that are decoded at once; images of no more pixels are held whole while points are looked for."""
 ONE_IMAGE, WHOLE_BLOCK = Limits(time_s=3600, memory_mb=6000), Limits(time_s=6 * 3600, memory_mb=16000)
 
 
@@ -202,16 +206,27 @@ def run_features(workspace: Workspace, task: Task) -> Outcome:
         The file is another than when the catalog was made, damaged, or of another size than its camera's images.
     """
     given = task.arguments_as(FeatureInputs)
-    with local_file(given.file.href) as path, tempfile.TemporaryDirectory(prefix="cityflow-") as folder:
+    with local_file(given.file.href) as path:
         given.file.refuse_other(path)
         check_size(image_header(path), given.size)
+        found = _features_in(Path(path), given, task.parameters_as(FeatureParameters))
+    workspace.write(FEATURES_FILE, encode_features(found))
+    return workspace.outcome(result={"points": len(found)})
+
+
+def _features_in(path: Path, given: FeatureInputs, parameters: FeatureParameters) -> Features:
+    """From all pixels in memory where these are few, else from tiles on disc."""
+    if parameters.level == 0 and math.prod(given.size) <= WHOLE_PX:
+        with picture_strips(path, ROWS) as picture:
+            whole = np.concatenate([strip for _, strip in picture.strips])
+        return find_features(ArrayPixels(whole), given.white, parameters)
+    with tempfile.TemporaryDirectory(prefix="cityflow-") as folder:
         tiled = Path(folder) / "image.tif"
         tile_image(path, tiled)
         pixels = open_image(tiled)
-        found = find_features(pixels, given.white, task.parameters_as(FeatureParameters))
+        found = find_features(pixels, given.white, parameters)
         pixels.close()
-    workspace.write(FEATURES_FILE, encode_features(found))
-    return workspace.outcome(result={"points": len(found)})
+    return found
 
 
 def run_ties(workspace: Workspace, task: Task) -> Outcome:
