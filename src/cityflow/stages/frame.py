@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from cityflow.core.camera import OrientedImage
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.depth_map import ImagePoints, numbers_within
 from cityflow.core.grid import Bounds, Grid, bounds_around, bounds_meet, grown
+from cityflow.core.heap import hand_back_heap
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.parameters import Parameters
 from cityflow.flow.stage import Cost, Node, Place, Stage
@@ -142,8 +144,12 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     points, count, reach_m = _in_frame(workspace.store, given, [i.image for i in shown], parameters)
     if not count or not shown:
         return workspace.outcome(status, "; ".join([EMPTY, *without]), {"digest": "empty", "points": 0})
+    fused = _fused(points, given, reach_m, parameters)
+    # most of the memory until here
+    del points
+    hand_back_heap()
     images = [replace(i, image=i.image.rotated(frame.frame_from_world, frame.origin)) for i in shown]
-    layers, made = _made(points, given, reach_m, images, parameters)
+    layers, made = _made(fused, given, reach_m, images, parameters)
     core, zarr, whole = Grid.covering(given.bounds, cell_m), f"{FRAMES}/{frame.name}", given.grid
     digest = store_layers(workspace, zarr, whole, core, layers)
     digest += store_ortho(workspace, zarr, whole, core, made)
@@ -151,28 +157,35 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     return workspace.outcome(status, "; ".join(without), figures)
 
 
-def _made(
-    points: ImagePoints, given: FrameInputs, reach_m: float, images: Sequence[ColourImage], p: FrameParameters
-) -> tuple[dict[str, np.ndarray], Ortho]:
-    """Surface and ortho of the tile, made of that part of it where points are near enough for holes to be filled: beyond there is nothing.
+class _Fused(NamedTuple):
+    """What is fused of a tile and around it; `own` is the part of the tile where points are near enough for holes to be filled."""
 
-    Parameters
-    ----------
-    points : in the frame;  reach_m : how far around the tile they are
-    images : turned into the frame
-    """
-    cell_m, fusing = given.grid.cell, p.fuse
+    surface: Fused
+    own: Grid
+
+
+def _fused(points: ImagePoints, given: FrameInputs, reach_m: float, p: FrameParameters) -> _Fused | None:
+    """The surface of the tile and `reach_m` around it, where points (in the frame) are; None where there is nothing of the tile."""
+    cell_m = given.grid.cell
     core, wide = Grid.covering(given.bounds, cell_m), Grid.covering(grown(given.bounds, reach_m), cell_m)
     known = part_with_points(points, wide)
     # the cells of an ortho are decided two by two
-    own = core.part_over(grown(known.bounds, fusing.fill_m + cell_m), 2) if known is not None else None
+    own = core.part_over(grown(known.bounds, p.fuse.fill_m + cell_m), 2) if known is not None else None
     around = wide.part_over(bounds_around(known.bounds, own.bounds)) if known is not None and own is not None else None
-    if own is None or around is None:
+    return None if own is None or around is None else _Fused(fuse(points, around, p.fuse), own)
+
+
+def _made(
+    found: _Fused | None, given: FrameInputs, reach_m: float, images: Sequence[ColourImage], p: FrameParameters
+) -> tuple[dict[str, np.ndarray], Ortho]:
+    """Surface and ortho of the tile; beyond what was fused there is nothing. `images` are turned into the frame."""
+    cell_m, core = given.grid.cell, Grid.covering(given.bounds, given.grid.cell)
+    if found is None:
         return _nothing(core, images)
-    fused = fuse(points, around, fusing)
-    surface = _filled(fused, own, fusing)
+    fused, own = found
+    around, surface = fused.grid, _filled(fused, own, p.fuse)
     # what is so near to the edge is not whole, and hides nothing, unless the reach was cut off
-    edge_m = fusing.halo_cells * cell_m if reach_m < p.ortho.halo_m else 0.0
+    edge_m = p.fuse.halo_cells * cell_m if reach_m < p.ortho.halo_m else 0.0
     blocking = around.part_over(grown(given.bounds, reach_m - edge_m)) or around
     hiding = BlockingSurface(blocking, fused.dsm[around.slices(blocking)])
     made = true_ortho(own, surface, hiding, images, p.ortho)
