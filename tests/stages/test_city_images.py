@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 from collections.abc import Sequence
 from dataclasses import replace
@@ -177,6 +178,33 @@ def test_outlines_are_forgotten_when_all_units_around_are_known() -> None:
     assert set(city.outlines) == left
     assert set(city.survey.results.of_stage("split")) == left & set(split)
     assert sum(city.count_outlines[t] for t in city.tiles) == len(city.tiles), "they still count"
+
+
+def photographs_of(task: Task) -> list[str]:
+    """Names of the images that a model is held against."""
+    colours = task.arguments["photographs"]["colours"]
+    table = json.loads(task.shared[colours["files"]]) if colours["rows"] else []
+    return [table[row][0] for row in colours["rows"]]
+
+
+def test_models_are_held_against_the_images_that_show_them(whole: list[Task]) -> None:
+    place, views = {(t.stage, t.unit): i for i, t in enumerate(whole)}, {i.name: i.oriented for i in CATALOG.images}
+    models = [t for t in whole if t.stage == "reconstruct"]
+    for task in models:
+        bounds = next(e for t in whole if t.stage == "units" for e in [_entry(t)] if e["id"] == task.unit)["bounds"]
+        corners = np.array([(x, y, z) for x in bounds[::2] for y in bounds[1::2] for z in HEIGHTS])
+        shown = {n for n, image in views.items() if image.holds(image.project(corners)[0]).all()}
+        assert shown <= set(photographs_of(task))
+        assert all(place["ingest", n] < place["reconstruct", task.unit] for n in photographs_of(task))
+    seen = next(t for t in models if photographs_of(t))
+    lost = photographs_of(seen)[0]
+    again = {
+        t.unit: t
+        for t in run_through(CitySource(CATALOG, parameters()), 0, [f"ingest-{lost}"])
+        if t.stage == "reconstruct"
+    }
+    assert lost not in photographs_of(again[seen.unit])
+    assert again[seen.unit].inputs["images"] != seen.inputs["images"]
 
 
 def test_every_task_once_and_after_what_it_reads(whole: list[Task]) -> None:
