@@ -51,13 +51,15 @@ PARTS = 4
 ROUNDS = 60
 HIT_M, NAMED = 0.75, 0.05
 BINS = (0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.01)
-COLUMNS = sum(len(f.knots) for f in FEATURES)
-WIDTHS = slice(1 + COLUMNS, 1 + COLUMNS + len(WIDTHS_M))
-OPEN, REGULAR, MODE = range(WIDTHS.stop, WIDTHS.stop + 3)
+WIDTHS = slice(-len(WIDTHS_M) - 3, -3)
+OPEN, REGULAR, MODE = -3, -2, -1
+ODDS = slice(1, WIDTHS.start)
+"""What is fitted: the base, weights of features, values of widths, and three others."""
 
 
 def weights_of(x: FloatArray) -> Weights:
-    parts = np.split(x[1 : 1 + COLUMNS], np.cumsum([len(f.knots) for f in FEATURES])[:-1])
+    ends = np.cumsum([len(f.knots) for f in FEATURES])
+    parts = np.split(x[ODDS], ends[ends < len(x[ODDS])])
     features = tuple(tuple(round(float(w), 3) for w in part) for part in parts)
     base, open_, regular, mode = (round(float(x[k]), 3) for k in (0, OPEN, REGULAR, MODE))
     return Weights(base, features, tuple(round(float(w), 3) for w in x[WIDTHS]), open_, regular, mode)
@@ -85,7 +87,7 @@ def unlikelihood(
     factors, modes = width_factors(exact)
     total, slope = 0.0, np.zeros_like(x)
     for row, ramp in zip(rows, columns, strict=True):
-        odds = x[0] + ramp @ x[1 : 1 + COLUMNS]
+        odds = x[0] + ramp @ x[ODDS]
         free = np.abs(odds) < MOST_ODDS
         odds = allowed(row, np.clip(odds, -MOST_ODDS, MOST_ODDS))
         true = choose(Row(odds, *row.ends, row.group, row.groups), factors, modes)
@@ -95,15 +97,15 @@ def unlikelihood(
         total += row.weight * (any_.log_sum - true.log_sum)
         border, units = row.weight * (any_.border - true.border) * free, row.weight * (any_.units - true.units)
         slope[0] += border.sum()
-        slope[1 : 1 + COLUMNS] += ramp.T @ border
+        slope[ODDS] += ramp.T @ border
         of_width = units.sum(axis=0)
         slope[WIDTHS] += shares[1:].T @ of_width[1:]
         modes_off = row.weight * (any_.modes - true.modes)[1:].sum()
         slope[[OPEN, REGULAR, MODE]] += of_width[0], (units * regular).sum(), modes_off
     bend = np.diff(np.eye(len(WIDTHS_M)), 2, axis=0)
-    w, v, rest = x[1 : 1 + COLUMNS], x[WIDTHS], x[WIDTHS.start :] - keep.given
+    w, v, rest = x[ODDS], x[WIDTHS], x[WIDTHS.start :] - keep.given
     total += keep.small * float(w @ w) + keep.even * float(((bend @ v) ** 2).sum()) + keep.near * float(rest @ rest)
-    slope[1 : 1 + COLUMNS] += 2 * keep.small * w
+    slope[ODDS] += 2 * keep.small * w
     slope[WIDTHS] += 2 * keep.even * bend.T @ (bend @ v)
     slope[WIDTHS.start :] += 2 * keep.near * rest
     return total, slope
@@ -115,9 +117,10 @@ def allowed(row: KnownRow, odds: FloatArray) -> FloatArray:
 
 
 def fitted(rows: Sequence[KnownRow], keep: Kept = STREETS) -> Weights:
-    x = np.concatenate([[-3.0], np.full(COLUMNS, 0.5), np.zeros(len(WIDTHS_M) + 3)])
-    bounds = [(None, 0.0), *[(0.0, None)] * COLUMNS, *[(None, None)] * (len(WIDTHS_M) + 1), (0.0, 5.0), (-6.0, 6.0)]
     columns = [ramps(r.table) for r in rows]
+    count = columns[0].shape[1]
+    x = np.concatenate([[-3.0], np.full(count, 0.5), np.zeros(len(WIDTHS_M) + 3)])
+    bounds = [(None, 0.0), *[(0.0, None)] * count, *[(None, None)] * (len(WIDTHS_M) + 1), (0.0, 5.0), (-6.0, 6.0)]
     found = minimize(
         unlikelihood, x, (rows, columns, keep), "L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": ROUNDS}
     )
@@ -161,7 +164,7 @@ def judge(title: str, rows: Sequence[KnownRow], weights: Weights, near_m: float 
 def write(name: str, weights: Weights) -> None:
     """In place of the weights of that name."""
     path = Path(str(border_weights.__file__))
-    lines = [f"    {w},  # {f.name}" for f, w in zip(FEATURES, weights.features, strict=True)]
+    lines = [f"    {w},  # {f.name}" for f, w in zip(FEATURES, weights.features, strict=False)]
     text = "\n".join([
         f"{name} = Weights(", f"    {weights.base}, (", *[f"    {line}" for line in lines], "    ),",
         f"    {weights.widths}, {weights.open}, {weights.regular}, {weights.mode},", ")  # fmt: skip",

@@ -41,7 +41,7 @@ END_M = 1.0
 CELL_M = 0.15
 SCENES = {("row", True): range(5000, 5006)}
 STREETS, TOWN = range(6000, 6028), (402, 100)
-GROUPS = {"farm": 24, "barns": 24, "winged": 24, "church": 24, "hall": 8}
+GROUPS = {"farm": 24, "barns": 24, "winged": 24, "church": 24, "hall": 16}
 """How many of each kind (`scenes/drawn_farms.py`), from seed 8000 on."""
 GROUP_WEIGHT = 0.3
 """Drawn groups count less than photographed rows: they tell how steps are taken, not how often there is a border."""

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from shapely import Point, Polygon, affinity, box
 
-from cityflow.splitting.strips.axis_strips import AxisStrip, axis_strips, is_round, uv_mask
+from cityflow.splitting.strips.axis_strips import AxisStrip, axis_strips, is_round
+from cityflow.splitting.strips.strip_rasters import uv_mask
 
 STEP_M, SHORTEST_M = 0.16, 4.5
 

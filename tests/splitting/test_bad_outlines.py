@@ -47,6 +47,7 @@ OUTLINES: dict[str, Polygon] = {
     "two holes that touch": Polygon(_SHELL, [[(5, 5), (15, 10), (5, 15)], [(15, 10), (25, 5), (25, 15)]]),
     "a courtyard": Polygon(box(0, 0, 50, 50).exterior, [box(10, 10, 40, 40).exterior]),
     "a bow tie": Polygon([(0, 0), (20, 20), (20, 0), (0, 20)]),
+    "under 10 m²": box(0, 0, 3, 3),
     "under 20 m²": box(0, 0, 4, 4),
     "under 40 m²": box(0, 0, 6, 6),
     "tiny": box(0, 0, 0.05, 0.05),
@@ -136,7 +137,7 @@ def test_every_outline_has_a_result(name: str, source: str) -> None:
     _assert_sound(result, outline)
 
 
-@pytest.mark.parametrize("name", ["under 20 m²", "under 40 m²", "tiny", "a line", "nothing", "round", "a bow tie"])
+@pytest.mark.parametrize("name", ["under 10 m²", "under 20 m²", "tiny", "a line", "nothing", "round", "a bow tie"])
 def test_some_are_never_split(name: str) -> None:
     outline = _placed(OUTLINES[name])
     result = split(_evidence(outline), SplitParameters())

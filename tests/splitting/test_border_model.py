@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,7 @@ from cityflow.splitting.borders.border_model import (
     width_factors,
 )
 from cityflow.splitting.borders.border_weights import LIDAR, PICTURES, Weights
-from cityflow.splitting.borders.station_features import FEATURES, SHAPE, STATION_M, StationTable
+from cityflow.splitting.borders.station_features import FEATURES, SHAPE, STATION_M, Feature, StationTable
 from cityflow.splitting.strips.axis_strips import AxisStrip
 
 LENGTH_M = 36.0
@@ -24,10 +26,10 @@ U = np.arange(STATION_M, LENGTH_M, STATION_M)
 
 def table(**marks: tuple[tuple[float, ...], float]) -> StationTable:
     """A row that shows nothing but the marks: at each of the places the value."""
-    values = np.zeros((len(U), len(FEATURES)))
+    values = np.zeros((len(U), len(SHAPE)))
     for name, (places, value) in marks.items():
         for place in places:
-            values[np.abs(U - place) < 0.6 * STATION_M, [f.name for f in FEATURES].index(name)] = value
+            values[np.abs(U - place) < 0.6 * STATION_M, [f.name for f in SHAPE].index(name)] = value
     return StationTable(U, values)
 
 
@@ -41,25 +43,29 @@ def around(probability: FloatArray, place: float) -> float:
     return float(probability[np.abs(U - place) < 0.9].sum())
 
 
-@pytest.mark.parametrize("weights", [LIDAR, PICTURES], ids=["LiDAR", "pictures"])
-@pytest.mark.parametrize("feature", FEATURES, ids=lambda f: f.name)
-def test_more_of_a_feature_never_acts_against_its_sign(feature: object, weights: Weights) -> None:
-    k = [f.name for f in FEATURES].index(feature.name)  # type: ignore[attr-defined]
-    values = np.zeros((30, len(FEATURES)))
+@pytest.mark.parametrize(
+    ("feature", "weights"),
+    [*((f, LIDAR) for f in SHAPE), *((f, PICTURES) for f in FEATURES)],
+    ids=lambda value: getattr(value, "name", ""),
+)
+def test_more_of_a_feature_never_acts_against_its_sign(feature: Feature, weights: Weights) -> None:
+    k = FEATURES.index(feature)
+    values = np.zeros((30, len(weights.features)))
     values[:, k] = np.linspace(0, 1.5 * FEATURES[k].knots[-1], 30)
     odds = station_odds(StationTable(np.arange(30.0), values), weights)
     assert (np.diff(odds) * FEATURES[k].sign >= -1e-12).all()
 
 
 def test_what_is_not_known_says_nothing() -> None:
-    unknown = StationTable(np.zeros(1), np.full((1, len(FEATURES)), np.nan))
-    assert not ramps(unknown).any()
-    assert station_odds(unknown, LIDAR)[0] == LIDAR.base
+    for weights in (LIDAR, PICTURES):
+        unknown = StationTable(np.zeros(1), np.full((1, len(weights.features)), np.nan))
+        assert not ramps(unknown).any()
+        assert station_odds(unknown, weights)[0] == weights.base
 
 
-@pytest.mark.parametrize("weights", [LIDAR, PICTURES], ids=["LiDAR", "pictures"])
-def test_weights_fit_the_table_of_features(weights: Weights) -> None:
-    assert [len(w) for w in weights.features] == [len(f.knots) for f in FEATURES]
+@pytest.mark.parametrize(("weights", "features"), [(LIDAR, SHAPE), (PICTURES, FEATURES)], ids=["LiDAR", "pictures"])
+def test_weights_fit_the_table_of_features(weights: Weights, features: Sequence[Feature]) -> None:
+    assert [len(w) for w in weights.features] == [len(f.knots) for f in features]
     assert all(w >= 0 for part in weights.features for w in part)
     assert len(weights.widths) == len(WIDTHS_M)
     factors, modes = width_factors(weights)
@@ -67,8 +73,10 @@ def test_weights_fit_the_table_of_features(weights: Weights) -> None:
     assert modes[0] == 1.0
 
 
-def test_points_alone_say_nothing_of_pictures() -> None:
-    assert not any(w for part in LIDAR.features[len(SHAPE) :] for w in part)
+def test_every_feature_has_a_weight_somewhere() -> None:
+    own = [*LIDAR.features, *[()] * (len(FEATURES) - len(SHAPE))]
+    dead = [f.name for f, a, b in zip(FEATURES, own, PICTURES.features, strict=True) if not any((*a, *b))]
+    assert dead == []
 
 
 def test_clear_valleys_are_borders_and_nothing_else_is() -> None:
@@ -101,24 +109,16 @@ def _shown(places: tuple[float, ...], **marks: float) -> tuple[FloatArray, Float
 
 
 CLEAR = {
-    "roof_sigmas": 9.0,
     "roof_far_sigmas": 9.0,
-    "roof_alike": 0.0,
-    "facade_sigmas": 9.0,
-    "facade_change": 0.5,
+    "facade_hue_sigmas": 9.0,
     "facade_alike": 0.0,
     "clearest": 1.0,
-    "second": 1.0,
 }
 ALIKE = {
-    "roof_sigmas": 0.0,
     "roof_far_sigmas": 0.0,
-    "roof_alike": 1.0,
-    "facade_sigmas": 0.0,
-    "facade_change": 0.0,
+    "facade_hue_sigmas": 0.0,
     "facade_alike": 1.0,
     "clearest": 0.0,
-    "second": 0.0,
 }
 
 

@@ -9,13 +9,12 @@ from shapely import Polygon
 
 from cityflow.core.points import HIGH_NOISE, PointCloud, concatenate
 from cityflow.core.splitting import POINTS, Segments, SplitEvidence
-from cityflow.splitting.directions.principal import PrincipalParameters, principal_directions
-from cityflow.splitting.segments.lidar_segments import LidarSegmentParameters, lidar_segments
-from cityflow.splitting.segments.segments import SegmentParameters, find_segments
+from cityflow.splitting.directions.principal import principal_directions
+from cityflow.splitting.segments.lidar_segments import lidar_segments
+from cityflow.splitting.segments.segments import find_segments
 from house_row import HouseRow, found_share, nadir, rasters, scanned
 
 ROW = HouseRow(eaves=(6.0, 6.5, 6.2, 5.0), facades=(100,) * 4, roofs=(100,) * 4, turn_deg=23.0)
-P = LidarSegmentParameters()
 
 
 def evidence(points: PointCloud, outline: Polygon = ROW.outline) -> SplitEvidence:
@@ -24,7 +23,7 @@ def evidence(points: PointCloud, outline: Polygon = ROW.outline) -> SplitEvidenc
 
 @cache
 def found(density: float, seed: int) -> Segments:
-    return lidar_segments(evidence(scanned(ROW, density, seed)), P)
+    return lidar_segments(evidence(scanned(ROW, density, seed)))
 
 
 def share(s: Segments, first: tuple[float, float, float], second: tuple[float, float, float]) -> float:
@@ -64,7 +63,7 @@ def test_what_is_found_is_there_and_tells_the_direction() -> None:
     s = found(10.0, 0)
     assert len(s) >= 12
     assert set(s.layer.tolist()) == {POINTS}
-    p = principal_directions(s, PrincipalParameters())
+    p = principal_directions(s)
     assert p.good, p.reason
     assert min(abs(a.degrees - 23) for a in p.aspects) < 0.5
     along = np.abs((s.aspect_deg - 23 + 45) % 90 - 45)
@@ -79,7 +78,7 @@ def test_a_firewall_between_roofs_of_one_height_is_found() -> None:
     v = rng.uniform(-4.8, 4.8, n)
     wall = np.array([row.world(u, w, 0) for u, w in zip(rng.uniform(5.85, 6.15, n), v, strict=True)])
     wall[:, 2] = 6 + 0.8 * (5 - np.abs(v)) + 0.45 + rng.normal(0, 0.03, n)
-    s = lidar_segments(evidence(concatenate([cloud, PointCloud.of(wall)]), row.outline), P)
+    s = lidar_segments(evidence(concatenate([cloud, PointCloud.of(wall)]), row.outline))
     for side in (-1, 1):
         edge = row.edge((6, side * 4.5, 6.4), (6, side * 0.5, 9.6))
         assert found_share(edge, s.start, s.end, 0.7, 6.0) > 0.6
@@ -87,7 +86,7 @@ def test_a_firewall_between_roofs_of_one_height_is_found() -> None:
 
 def test_houses_in_one_plane_have_no_border() -> None:
     row = replace(ROW, eaves=(6.0, 6.0, 6.0))
-    s = lidar_segments(evidence(scanned(row, 10.0, 3), row.outline), P)
+    s = lidar_segments(evidence(scanned(row, 10.0, 3), row.outline))
     u = (0.5 * (s.start + s.end)[:, :2] - row.at) @ row.along
     across = np.abs((s.aspect_deg - 113 + 90) % 180 - 90) < 20
     assert not (across & (u > 1) & (u < 17)).any()
@@ -98,7 +97,7 @@ def test_birds_raise_no_segment() -> None:
     rng = np.random.default_rng(1)
     x_min, y_min, x_max, y_max = ROW.outline.bounds
     birds = PointCloud.of(rng.uniform([x_min, y_min, 20], [x_max, y_max, 40], (40, 3)), HIGH_NOISE)
-    s = lidar_segments(evidence(concatenate([cloud, birds])), P)
+    s = lidar_segments(evidence(concatenate([cloud, birds])))
     assert s.start.tobytes() == found(10.0, 0).start.tobytes()
 
 
@@ -106,8 +105,8 @@ def test_pictures_are_looked_at_before_points_are() -> None:
     cloud = scanned(ROW, 10.0, 0)
     seen = rasters(ROW, nadir(), 0.1)
     blind = replace(seen, ortho=None, seen=None)
-    with_ortho = find_segments(SplitEvidence("row", ROW.outline, (seen,), 0.0, cloud), SegmentParameters())
-    without = find_segments(SplitEvidence("row", ROW.outline, (blind,), 0.0, cloud), SegmentParameters())
+    with_ortho = find_segments(SplitEvidence("row", ROW.outline, (seen,), 0.0, cloud))
+    without = find_segments(SplitEvidence("row", ROW.outline, (blind,), 0.0, cloud))
     assert POINTS not in with_ortho.layer
     assert set(without.layer.tolist()) == {POINTS}
     assert without.frames == ("nadir",)
@@ -116,14 +115,14 @@ def test_pictures_are_looked_at_before_points_are() -> None:
 @pytest.mark.parametrize("count", [0, 1, 3, 50])
 def test_few_points_raise_nothing(count: int) -> None:
     cloud = scanned(ROW, 10.0, 0).take(np.arange(count))
-    assert len(lidar_segments(evidence(cloud), P)) == 0
+    assert len(lidar_segments(evidence(cloud))) == 0
 
 
 def test_points_on_one_line_raise_nothing() -> None:
     t = np.linspace(0, 24, 4000)
     xyz = np.column_stack([ROW.at[0] + t * ROW.along[0], ROW.at[1] + t * ROW.along[1], np.full(len(t), 6.0)])
-    assert len(lidar_segments(evidence(PointCloud.of(xyz)), P)) == 0
+    assert len(lidar_segments(evidence(PointCloud.of(xyz)))) == 0
 
 
 def test_without_points_there_is_nothing() -> None:
-    assert len(lidar_segments(SplitEvidence("row", ROW.outline, (), 0.0), P)) == 0
+    assert len(lidar_segments(SplitEvidence("row", ROW.outline, (), 0.0))) == 0

@@ -6,7 +6,6 @@ import pytest
 from cityflow.core.arrays import FloatArray
 from cityflow.core.splitting import ORTHO, Segments, joined_segments
 from cityflow.splitting.directions.principal import (
-    PrincipalParameters,
     filtered,
     follows_principal,
     orientation_at,
@@ -14,7 +13,6 @@ from cityflow.splitting.directions.principal import (
 )
 from cityflow.splitting.directions.principal_histogram import Sample, apart, density, deviation_deg, mixture, peaks_of
 
-P = PrincipalParameters()
 METRE_SIGMA_DEG = 4.0
 
 
@@ -58,7 +56,7 @@ def test_aspects_are_right_to_a_fraction_of_a_degree_in_clutter(seed: int, aspec
         ],
         ("nadir",),
     )
-    p = principal_directions(s, P)
+    p = principal_directions(s)
     assert p.good, p.reason
     first, second = p.aspects_of(0)
     assert min(off(first.degrees, aspect), off(first.degrees, aspect + 90)) < 0.2
@@ -76,7 +74,7 @@ def test_two_orientations_close_to_each_other_are_told_apart_and_placed(seed: in
         [lines(rng, 20, 0, 110, west), lines(rng, 110, 0, 80, west), lines(rng, 20 + turn, 0, 70, east),
          lines(rng, 110 + turn, 0, 60, east), anywhere(rng, 120)], ("nadir",),
     )  # fmt: skip
-    p = principal_directions(s, P)
+    p = principal_directions(s)
     assert p.good, p.reason
     here, there = orientation_at(s, p, np.array(west), 10.0), orientation_at(s, p, np.array(east), 10.0)
     assert here != there
@@ -90,7 +88,7 @@ def test_two_orientations_close_to_each_other_are_told_apart_and_placed(seed: in
 def test_one_orientation_is_not_taken_for_two(seed: int) -> None:
     rng = np.random.default_rng(100 + seed)
     s = joined_segments([lines(rng, 20, 0, 150), lines(rng, 110, 0, 100), anywhere(rng, 80)], ("nadir",))
-    p = principal_directions(s, P)
+    p = principal_directions(s)
     near = [
         k for a, k in zip(p.aspects, p.orientation, strict=True) if min(off(a.degrees, 20), off(a.degrees, 110)) < 6
     ]
@@ -104,31 +102,31 @@ def test_a_curved_row_says_so() -> None:
         middle = (float(200 * np.sin(np.radians(5 * k))), float(-200 * np.cos(np.radians(5 * k))))
         parts += [lines(rng, 5.0 * k, 0, 40, middle, 5), lines(rng, 5.0 * k + 90, 0, 40, middle, 5)]
     s = joined_segments(parts, ("nadir",))
-    p = principal_directions(s, P)
+    p = principal_directions(s)
     assert not p.good
     assert "curved" in p.reason
 
 
 def test_round_buildings_and_trees_are_no_good() -> None:
     rng = np.random.default_rng(1)
-    assert not principal_directions(anywhere(rng, 300), P).good
+    assert not principal_directions(anywhere(rng, 300)).good
 
 
 @pytest.mark.parametrize("count", [0, 1, 5])
 def test_few_segments_tell_nothing(count: int) -> None:
     s = lines(np.random.default_rng(0), 20, 0, 6).take(np.arange(count))
-    p = principal_directions(s, P)
+    p = principal_directions(s)
     assert not p.good
     assert "few" in p.reason
-    assert len(filtered(s, p, P)) == 0
+    assert len(filtered(s, p)) == 0
 
 
 def test_only_upright_segments_tell_no_aspect() -> None:
     s = lines(np.random.default_rng(0), 20, 89, 50)
-    p = principal_directions(s, P)
+    p = principal_directions(s)
     assert not p.good
     assert p.aspects == ()
-    assert len(filtered(s, p, P)) > 45
+    assert len(filtered(s, p)) > 45
 
 
 def test_the_filter_keeps_what_follows_and_drops_the_rest() -> None:
@@ -138,8 +136,8 @@ def test_the_filter_keeps_what_follows_and_drops_the_rest() -> None:
         lines(rng, 30, 62, 12), lines(rng, 77, 90, 60),
     ]  # fmt: skip
     s = joined_segments(kinds, ("nadir",))
-    p = principal_directions(s, P)
-    keep = np.split(follows_principal(s, p, P), np.cumsum([len(k) for k in kinds])[:-1])
+    p = principal_directions(s)
+    keep = np.split(follows_principal(s, p), np.cumsum([len(k) for k in kinds])[:-1])
     level, across, sloped, diagonal, odd, upright = (float(k.mean()) for k in keep)
     assert min(level, across, sloped) > 0.85
     assert upright > 0.9
@@ -152,7 +150,7 @@ def test_the_order_of_ends_does_not_matter() -> None:
     rng = np.random.default_rng(3)
     s = joined_segments([lines(rng, 30, 0, 60), lines(rng, 120, 0, 60)], ("nadir",))
     turned = Segments(s.end, s.start, s.frame, s.layer, s.strength, s.frames)
-    a, b = principal_directions(s, P), principal_directions(turned, P)
+    a, b = principal_directions(s), principal_directions(turned)
     assert [round(x.degrees, 6) for x in a.aspects] == [round(x.degrees, 6) for x in b.aspects]
 
 

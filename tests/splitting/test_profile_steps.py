@@ -1,4 +1,4 @@
-"""Steps of eaves, of the highest line and of the outline along a row whose houses are known."""
+"""Steps of eaves and of the outline along a row whose houses are known."""
 
 from __future__ import annotations
 
@@ -35,30 +35,28 @@ def near_and_far(values: FloatArray) -> tuple[float, float]:
 
 
 def test_one_roof_has_no_steps() -> None:
-    lines, _, ends = profile_steps(*row_of())
+    lines, ends = profile_steps(*row_of())
     for values in (*lines.T, *ends.T):
         assert near_and_far(values)[0] < 0.1
 
 
-def test_a_higher_house_steps_at_both_eaves_and_at_the_ridge() -> None:
-    lines, shift, ends = profile_steps(*row_of(raised_m=0.8))
+def test_a_higher_house_steps_at_both_eaves() -> None:
+    lines, ends = profile_steps(*row_of(raised_m=0.8))
     for values in lines.T:
         at, away = near_and_far(values)
         assert at == pytest.approx(0.8, abs=0.15)
         assert away < 0.1
-    assert near_and_far(shift)[0] < 0.3
     assert near_and_far(ends[:, 1])[0] < 0.1
 
 
 def test_a_deeper_house_steps_on_one_side_of_the_outline() -> None:
-    lines, _, ends = profile_steps(*row_of(setback_m=1.5))
+    lines, ends = profile_steps(*row_of(setback_m=1.5))
     assert near_and_far(ends[:, 1])[0] == pytest.approx(1.5, abs=0.1)
     assert near_and_far(ends[:, 0])[0] < 0.1
     assert near_and_far(lines[:, 0])[0] < 0.1
 
 
 def test_ends_of_the_row_are_not_known() -> None:
-    lines, shift, ends = profile_steps(*row_of())
+    lines, ends = profile_steps(*row_of())
     assert np.isnan(lines[0]).all()
-    assert np.isnan(shift[0])
     assert np.isnan(ends[-1]).all()

@@ -9,7 +9,7 @@ import shapely
 from shapely import Polygon
 
 from cityflow.core.splitting import ORTHO, SURFACE, FrameRasters, Segments
-from cityflow.splitting.segments.segments import SegmentParameters, find_segments
+from cityflow.splitting.segments.segments import find_segments
 from cityflow.splitting.strips.raster_windows import covered, evidence_window, window_grid
 from house_row import HouseRow, evidence, found_share, nadir, rasters, tilted
 
@@ -26,7 +26,7 @@ def frames(seed: int) -> tuple[FrameRasters, ...]:
 
 @cache
 def found(seed: int) -> Segments:
-    return find_segments(evidence(ROW, *frames(seed)), SegmentParameters())
+    return find_segments(evidence(ROW, *frames(seed)))
 
 
 def share(segments: Segments, first: tuple[float, float, float], second: tuple[float, float, float]) -> float:
@@ -60,7 +60,7 @@ def test_borders_on_facades_are_found_as_upright_lines_in_tilted_orthos(border: 
 
 
 def test_a_low_step_on_a_steep_roof_is_a_line_of_the_surface() -> None:
-    s = find_segments(evidence(STEEP, rasters(STEEP, nadir(), CELL, 3)), SegmentParameters())
+    s = find_segments(evidence(STEEP, rasters(STEEP, nadir(), CELL, 3)))
     s = s.take(s.layer == SURFACE)
     rise = STEEP.rise
     for border in (1, 2):
@@ -72,7 +72,7 @@ def test_shade_does_not_hide_a_border() -> None:
     north = frames(0)[2]
     assert north.ortho is not None
     dark = replace(north, ortho=np.rint(north.ortho * 0.2).astype(np.uint8))
-    s = find_segments(evidence(ROW, frames(0)[0], dark), SegmentParameters())
+    s = find_segments(evidence(ROW, frames(0)[0], dark))
     edge = ROW.edge((6.0, 5, 0.5), (6.0, 5, 5.5))
     assert found_share(edge, s.start, s.end, 2 * OBLIQUE_CELL, 3.0) > 0.8
 
@@ -110,7 +110,7 @@ def test_most_lie_on_what_is_there() -> None:
 
 
 def test_the_same_input_gives_the_same_bytes() -> None:
-    again = find_segments(evidence(ROW, *frames(0)), SegmentParameters())
+    again = find_segments(evidence(ROW, *frames(0)))
     assert again.start.tobytes() == found(0).start.tobytes()
     assert again.strength.tobytes() == found(0).strength.tobytes()
 
@@ -118,9 +118,9 @@ def test_the_same_input_gives_the_same_bytes() -> None:
 def test_a_surface_that_tells_nothing_gives_no_segment() -> None:
     first = frames(0)[0]
     rough = replace(first, dsm=(np.random.default_rng(0).normal(5, 3, first.dsm.shape)).astype(np.float32))
-    assert len(find_segments(evidence(ROW, rough), SegmentParameters())) == 0
+    assert len(find_segments(evidence(ROW, rough))) == 0
     unknown = replace(first, dsm=np.full_like(first.dsm, np.nan))
-    assert len(find_segments(evidence(ROW, unknown), SegmentParameters())) == 0
+    assert len(find_segments(evidence(ROW, unknown))) == 0
 
 
 def test_what_is_not_seen_has_no_segments() -> None:
@@ -129,7 +129,7 @@ def test_what_is_not_seen_has_no_segments() -> None:
     x, y = np.meshgrid(first.grid.x_centres() + 85000.0, first.grid.y_centres() + 447000.0)
     u = (x - ROW.at[0]) * ROW.along[0] + (y - ROW.at[1]) * ROW.along[1]
     half = replace(first, seen=u < 12.0, dsm=np.where(u < 12.0, first.dsm, np.nan).astype(np.float32))
-    s = find_segments(evidence(ROW, half), SegmentParameters())
+    s = find_segments(evidence(ROW, half))
     middle = (0.5 * (s.start + s.end)[:, :2] - ROW.at) @ ROW.along
     assert len(s) > 5
     assert middle.max() < 11.9
@@ -147,19 +147,19 @@ def test_what_is_not_seen_has_no_segments() -> None:
     ids=["empty", "sliver", "hole", "round", "elsewhere"],
 )
 def test_odd_outlines_raise_nothing(outline: Polygon) -> None:
-    s = find_segments(replace(evidence(ROW, *frames(0)), outline=outline), SegmentParameters())
+    s = find_segments(replace(evidence(ROW, *frames(0)), outline=outline))
     assert np.isfinite(s.start).all()
 
 
 def test_without_frames_there_is_nothing() -> None:
-    assert len(find_segments(evidence(ROW), SegmentParameters())) == 0
+    assert len(find_segments(evidence(ROW))) == 0
 
 
 def test_one_band_of_sixteen_bits_serves() -> None:
     first = frames(0)[0]
     assert first.ortho is not None
     grey = replace(first, ortho=(first.ortho[:1].astype(np.uint16) * 40))
-    s = find_segments(evidence(ROW, grey), SegmentParameters())
+    s = find_segments(evidence(ROW, grey))
     assert share(s, (0.3, 0, ROW.ridge(0)), (5.7, 0, ROW.ridge(0))) > 0.6
 
 

@@ -156,8 +156,8 @@ def _without_surface(evidence: SplitEvidence) -> SplitEvidence:
 
 @pytest.mark.parametrize(
     "outline",
-    [box(0, 0, 5, 3), box(0, 0, 6, 6), shapely.Point(0, 0).buffer(9)],
-    ids=["below 20 m²", "below twice 20 m²", "round"],
+    [box(0, 0, 3, 3), box(0, 0, 5, 3.8), shapely.Point(0, 0).buffer(9)],
+    ids=["below 10 m²", "below twice 10 m²", "round"],
 )
 def test_what_cannot_be_split_stays_whole_for_a_reason(outline: Polygon) -> None:
     evidence, _ = row_evidence([House(), House(roof=SLATE)])
@@ -166,6 +166,12 @@ def test_what_cannot_be_split_stays_whole_for_a_reason(outline: Polygon) -> None
     found = _splitting(replace(evidence, outline=moved))
     assert found.units == (moved,)
     assert found.reason
+
+
+def test_points_alone_show_no_garages() -> None:
+    assert SplitParameters().where(True).minimum_area_m2 == 10.0
+    assert SplitParameters().where(False).minimum_area_m2 == 20.0
+    assert SplitParameters(minimum_area_m2=30.0).where(False).minimum_area_m2 == 30.0
 
 
 def test_nothing_known_over_the_outline() -> None:

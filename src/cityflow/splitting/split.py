@@ -17,14 +17,13 @@ from cityflow.splitting.cuts.cut_chords import line_at, off_corners, turned
 from cityflow.splitting.cuts.cuts import Candidate
 from cityflow.splitting.directions.principal import (
     Principal,
-    PrincipalParameters,
     filtered,
     orientation_at,
     principal_directions,
 )
 from cityflow.splitting.lidar.lidar_cuts import from_points, lidar_candidates
 from cityflow.splitting.partition import partition
-from cityflow.splitting.segments.segments import SegmentParameters, find_segments
+from cityflow.splitting.segments.segments import find_segments
 from cityflow.splitting.strips.axis_strips import AxisStrip, axis_strips, is_round
 from cityflow.splitting.strips.gap_strips import GapStrip, find_gaps
 from cityflow.splitting.strips.slices import SegmentPoints, points_on_segments
@@ -38,6 +37,10 @@ ONE_CUT_M = 0.5
 SHORTEST_CHAIN_M = 4.5
 MOST_TURN_DEG = 8.0
 """Orientations farther apart have strips of their own."""
+GAP_CONFIDENCE = 0.5
+"""A gap of less is none."""
+SLICE_CELLS, WIDEST_SLICE_M = 2.0, 0.4
+"""Width and step of slices, cells of the nadir rasters and at most metres."""
 UNCROSSED = 0.25
 """Share of a unit that no chord has crossed from which it is looked at once more by itself."""
 
@@ -46,13 +49,18 @@ class SplitParameters(Parameters):
     """How outlines are split."""
 
     threshold: float = Field(0.5, ge=0, le=1, description="confidence from which a cut is accepted")
-    gap_threshold: float = Field(0.5, ge=0, le=1, description="confidence from which a gap is accepted")
-    minimum_area_m2: float = Field(20.0, gt=0, le=1000, description="no unit is smaller, m²")
-    slice_cells: float = Field(2.0, ge=1, le=20, description="width and step of slices, cells of the nadir rasters")
-    widest_slice_m: float = Field(0.4, gt=0, le=2, description="largest width and step of slices, metres")
-    gaps: bool = Field(True, description="look for gaps before terraces")
-    segments: SegmentParameters = SegmentParameters()
-    principal: PrincipalParameters = PrincipalParameters()
+    minimum_area_m2: float = Field(10.0, gt=0, le=1000, description="no unit is smaller, m²")
+    minimum_area_lidar_m2: float = Field(
+        20.0,
+        gt=0,
+        le=1000,
+        description="no unit that only LiDAR shows is smaller, m²: it does not tell garages from extensions",
+    )
+
+    def where(self, pictures: bool) -> SplitParameters:
+        """With the smallest unit that pictures, or points alone, can show."""
+        least = max(self.minimum_area_m2, self.minimum_area_lidar_m2)
+        return self if pictures else self.model_copy(update={"minimum_area_m2": least})
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,25 +79,26 @@ def split(evidence: SplitEvidence, parameters: SplitParameters) -> Splitting:
     ----------
     evidence : rasters of every look direction over the outline, the nadir first
     """
+    parameters = parameters.where(any(f.ortho is not None for f in evidence.frames))
     reason = _unsplittable(evidence, parameters)
     if reason:
         return Splitting((evidence.outline,), reason=reason)
-    segments = find_segments(evidence, parameters.segments)
+    segments = find_segments(evidence)
     evidence = replace(evidence, frames=(from_points(evidence), *evidence.frames[1:]))
-    principal = principal_directions(segments, parameters.principal)
+    principal = principal_directions(segments)
     seen = _Seen(segments, principal, facade_cells(evidence.frames[1:]))
-    step = slice_step(evidence, parameters)
-    gaps, gap_lines = _gaps(evidence, seen, step) if parameters.gaps else ([], [])
-    accepted_gaps = [g for g, a in zip(gaps, gap_lines, strict=True) if a[0].confidence >= parameters.gap_threshold]
+    step = slice_step(evidence)
+    gaps, gap_lines = _gaps(evidence, seen, step)
+    accepted_gaps = [g for g, a in zip(gaps, gap_lines, strict=True) if a[0].confidence >= GAP_CONFIDENCE]
     parts = _parts(evidence.outline, accepted_gaps)
     found = _once([c for part in parts for c in _terraces(evidence, part, seen, parameters, step)])
     found = _corners(evidence, found, accepted_gaps, seen, parameters, step)
     return _splitting(evidence, accepted_gaps, gap_lines, found, principal, parameters)
 
 
-def slice_step(evidence: SplitEvidence, parameters: SplitParameters) -> float:
+def slice_step(evidence: SplitEvidence) -> float:
     """Width of a slice, metres."""
-    return float(min(parameters.slice_cells * evidence.gsd_m, parameters.widest_slice_m))
+    return float(min(SLICE_CELLS * evidence.gsd_m, WIDEST_SLICE_M))
 
 
 def _unsplittable(evidence: SplitEvidence, parameters: SplitParameters) -> str:
@@ -159,10 +168,10 @@ def _terraces(
     if part.area < 2 * parameters.minimum_area_m2:
         return []
     inside = _within(seen.segments, part)
-    principal = principal_directions(inside, parameters.principal)
+    principal = principal_directions(inside)
     if not principal.aspects:
         principal = seen.principal
-    kept = filtered(inside, principal, parameters.principal) if principal.aspects else inside
+    kept = filtered(inside, principal) if principal.aspects else inside
     points = points_on_segments(joined_segments([kept, _walls(evidence, kept.frames)], kept.frames), evidence.gsd_m)
     found = []
     for strip in _strips(part, principal, step):
@@ -263,11 +272,11 @@ def _splitting(
     good = [c.cut for c in found if c.cut.confidence >= parameters.threshold]
     lines = [off_corners(c.line, evidence.outline) for c in good]
     result = partition(evidence.outline, lines, polygons, parameters.minimum_area_m2)
-    kept_pairs = [p for p in pairs if p[0].confidence >= parameters.gap_threshold]
+    kept_pairs = [p for p in pairs if p[0].confidence >= GAP_CONFIDENCE]
     unused = {i for i, _ in result.gaps_dropped}
     used_gaps = [c for i, p in enumerate(kept_pairs) if i not in unused for c in p]
     rejected = [c for i, p in enumerate(kept_pairs) if i in unused for c in p]
-    rejected += [c for p in pairs if p[0].confidence < parameters.gap_threshold for c in p]
+    rejected += [c for p in pairs if p[0].confidence < GAP_CONFIDENCE for c in p]
     used = set(result.used)
     rejected += [c for i, c in enumerate(good) if i not in used]
     rejected += [c.cut for c in found if c.cut.confidence < parameters.threshold]

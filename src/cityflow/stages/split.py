@@ -37,7 +37,7 @@ from cityflow.survey.survey import Survey
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = "split"
-VERSION = 7
+VERSION = 8
 SPLIT = "split.json"
 NADIR = LocalFrame("nadir", np.eye(3), np.zeros(3))
 AROUND_M = 2.0
@@ -140,7 +140,8 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     given, parameters = task.arguments_as(SplitInputs), task.parameters_as(SplitParameters)
     outline = given.outline.read(workspace.store)
     found = _found(workspace.store, given, outline, parameters)
-    found = with_edits(found, outline.polygon, given.edits, parameters.minimum_area_m2)
+    least_m2 = parameters.where(given.pictures).minimum_area_m2
+    found = with_edits(found, outline.polygon, given.edits, least_m2)
     workspace.write(SPLIT, encode_splitting(found))
     figures: dict[str, Json] = {name: value for name, value in found.notes if np.isfinite(value)}
     return workspace.outcome(

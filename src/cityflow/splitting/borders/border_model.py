@@ -23,9 +23,9 @@ LEAST_STATIONS = 5
 
 
 def ramps(table: StationTable) -> FloatArray:
-    """(S, K) how far each station is along each interval between knots, 0 to 1, with the sign of the feature; 0 where it is not known."""
+    """(S, K) how far each station is along each interval between knots of the table's features, 0 to 1, with the sign of the feature; 0 where not known."""
     columns = []
-    for feature, values in zip(FEATURES, table.values.T, strict=True):
+    for feature, values in zip(FEATURES, table.values.T, strict=False):
         start = 0.0
         for knot in feature.knots:
             share = np.clip((values - start) / (knot - start), 0.0, 1.0)

@@ -6,7 +6,7 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.splitting.borders.place_evidence import Across, Place, Usual
-from cityflow.splitting.borders.station_features import FEATURES
+from cityflow.splitting.borders.station_features import FEATURES, SHAPE
 from cityflow.splitting.scores.roof_step import RoofStep
 from cityflow.splitting.strips.axis_strips import AxisStrip
 
@@ -23,8 +23,8 @@ ALIKE = 2.0
 """Changes of so many times what is usual are hardly alike."""
 CLEAR = 3.0
 """A change of so many times what is usual is 63 % clear."""
-STEEP_VALLEY, SLICED, UPRIGHT = 0.5, (0.35, 0.75), (0.3, 0.8)
-"""Slope, share of the depth and share of the height with segments that are clear; of the latter two, below the first they say nothing."""
+STEEP_VALLEY = 0.5
+"""Slope that is clear."""
 STOREY_M = (2.0, 2.6)
 STEP_M, RIDGE_STEP_M = (0.2, 0.8), (0.3, 1.0)
 """Steps that are clear; and by which a ridge across the row is none: two roofs end there."""
@@ -40,13 +40,14 @@ def picture_table(places: list[Place], usual: Usual, strip: AxisStrip, free: tup
     """
     rows = []
     for place in places:
-        known = dict(zip([f.name for f in FEATURES], place.shape.tolist(), strict=True))
+        known = dict(zip([f.name for f in SHAPE], place.shape.tolist(), strict=True))
         known |= _of_roof(place, usual) | _of_facades(place, usual) | _of_slices(place)
         known |= {
             "narrower_m": place.narrower_m,
             "smaller_m2": place.smaller_m2,
             "short_m": max(SHORT_M - strip.chain_m, 0.0),
         }
+        known["odd_deg"] = strip.odd_deg
         known["ridge"] *= 1.0 - _ramp(place.near.step.size, RIDGE_STEP_M)
         known |= _of_all(place, usual, known)
         if not all(free):
@@ -57,26 +58,27 @@ def picture_table(places: list[Place], usual: Usual, strip: AxisStrip, free: tup
 
 def _of_roof(place: Place, usual: Usual) -> dict[str, float]:
     near, step = place.near, place.near.step
-    level = _level(near)
     return {
         "valley_slope": max(min(-step.before, step.after), 0.0), "ridge_slope": max(min(step.before, -step.after), 0.0),
         "saw": _saw(step),
-        "roof_sigmas": level * _coloured(near) * near.roof / usual.roof,
-        "roof_far_sigmas": _level(place.far) * _coloured(place.far) * place.far.roof / usual.roof,
-        "hue_sigmas": _coloured(near) * near.hue / (BENT_NOISE * usual.roof),
-        "roof_alike": _alike(_dimmed(near) * near.roof / usual.roof) if level > 0.5 else np.nan,
+        "roof_far_sigmas": _roof_sigmas(place.far, usual),
+        "hue_sigmas": _coloured(near) * near.roof.hue / (BENT_NOISE * usual.roof),
         "turned_step": place.turned * _ramp(step.size, STEP_M),
     }  # fmt: skip
 
 
+def _facade_sigmas(place: Place, usual: Usual) -> list[float]:
+    """Of the façades that are known, the greater first."""
+    dim = _dimmed(place.near) / usual.facade
+    return sorted((dim * f.counts * f.size for f in place.facades if np.isfinite(f.size)), reverse=True)
+
+
 def _of_facades(place: Place, usual: Usual) -> dict[str, float]:
-    known = [(size, counts) for size, counts in place.near.facades if np.isfinite(size)]
-    dim = _dimmed(place.near)
-    clear = sorted((dim * counts * size / usual.facade for size, counts in known), reverse=True)
+    known, dim = [f for f in place.facades if np.isfinite(f.size)], _dimmed(place.near)
     return {
-        "facade_sigmas": clear[0] if clear else np.nan, "other_facade_sigmas": clear[1] if len(clear) > 1 else np.nan,
-        "facade_change": max((dim * counts * size for size, counts in known), default=np.nan),
-        "facade_alike": max((_alike(dim * size / usual.facade) for size, _ in known), default=np.nan),
+        "other_facade_sigmas": ([*_facade_sigmas(place, usual), np.nan, np.nan])[1],
+        "facade_hue_sigmas": max((dim * f.counts * f.hue / usual.facade for f in known), default=np.nan),
+        "facade_alike": max((_alike(dim * f.size / usual.facade) for f in known), default=np.nan),
     }  # fmt: skip
 
 
@@ -93,14 +95,16 @@ def _of_all(place: Place, usual: Usual, known: dict[str, float]) -> dict[str, fl
     """How far kinds of evidence agree, or speak against each other."""
     steps = _clear(_step_sigmas(place.near, usual))
     shape = max(steps, min(known["valley_slope"] / STEEP_VALLEY, 1.0), _known(known["marked"]))
-    colour = max(_clear(known["roof_sigmas"]), _clear(known["hue_sigmas"]))
-    facades = _clear(known["facade_sigmas"]), _clear(known["other_facade_sigmas"])
-    segments = 0.5 * (_ramp(known["sloped"], SLICED) + _ramp(known["upright"], UPRIGHT) + _clear(max(place.pipes)))
+    colour = max(_clear(_roof_sigmas(place.near, usual)), _clear(known["hue_sigmas"]))
+    facade = max((_clear(s) for s in _facade_sigmas(place, usual)), default=0.0)
     return {
-        "clearest": max(shape, colour, *facades),
-        "second": sorted((shape, colour, *facades, min(segments, 1.0)))[-2],
-        "storey_alike": _ramp(place.near.step.size, STOREY_M) * (1.0 - max(colour, facades[0])),
+        "clearest": max(shape, colour, facade),
+        "storey_alike": _ramp(place.near.step.size, STOREY_M) * (1.0 - max(colour, facade)),
     }
+
+
+def _roof_sigmas(across: Across, usual: Usual) -> float:
+    return _level(across) * _coloured(across) * across.roof.size / usual.roof
 
 
 def _step_sigmas(across: Across, usual: Usual) -> float:
@@ -124,12 +128,17 @@ def _level(across: Across) -> float:
 
 
 def _coloured(across: Across) -> float:
-    return across.alike**2 * _dimmed(across)
+    """What a change of colour says; nothing where the darker roof may lie in the shadow of a higher one, whether it steps here or not."""
+    return across.roof.alike**2 * min(_dimmed(across), _in_light(across.shaded))
 
 
 def _dimmed(across: Across) -> float:
     """What steps is no edge of a shadow."""
-    return IN_LIGHT if across.light and not _step_sigmas(across, Usual()) > 1.0 else 1.0
+    return 1.0 if _step_sigmas(across, Usual()) > 1.0 else _in_light(max(float(across.light), across.shaded))
+
+
+def _in_light(shadow: float) -> float:
+    return 1.0 - (1.0 - IN_LIGHT) * shadow
 
 
 def _alike(sigmas: float) -> float:

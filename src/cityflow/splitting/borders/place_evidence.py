@@ -14,11 +14,12 @@ from cityflow.splitting.borders.roof_marks import roof_marks, roof_rows
 from cityflow.splitting.borders.station_features import station_table
 from cityflow.splitting.cuts.cut_chords import cut_off_m2
 from cityflow.splitting.scores.border_sides import Sides
-from cityflow.splitting.scores.facade_change import facade_change
+from cityflow.splitting.scores.facade_change import FacadeChange, facade_change
 from cityflow.splitting.scores.ridge_turn import ridge_turn, roof_slopes
-from cityflow.splitting.scores.roof_change import is_light, roof_change
+from cityflow.splitting.scores.roof_change import RoofChange, is_light, roof_change, shaded
 from cityflow.splitting.scores.roof_step import RoofStep, roof_step
 from cityflow.splitting.strips.axis_strips import AxisStrip
+from cityflow.splitting.strips.slices import slices_at
 from cityflow.splitting.strips.strip_evidence import StripEvidence
 
 LEAST_SIDE_M = 2.0
@@ -29,7 +30,6 @@ CONTROL_STEP_M, CONTROL_CLEAR_M = 1.5, 1.4
 """What is usual is measured so densely, so far from the places and from ends."""
 QUANTILE, QUANTILE_SIGMAS = 0.75, 1.15
 """Steps of heights: errors that are alike over metres make few large ones."""
-BESIDE_M = 0.25
 JOG_M = (0.35, 1.6)
 """Between these distances from a place the outline is compared before and after it."""
 
@@ -40,17 +40,15 @@ class Across(NamedTuple):
     Attributes
     ----------
     step : of the roof
-    roof, hue : relative change of its colour and of its hue, NaN where not known;  alike : share of its depth that changes so
+    roof : change of its colour
     light : whether the ground beside it changes alike: a shadow's edge, or a seam of the mosaic
-    facades : of both façades the relative change of colour, NaN where not known, and how much it counts, 0 to 1
+    shaded : how far that may be the shadow of a higher roof, 0 to 1
     """
 
     step: RoofStep
-    roof: float
-    hue: float
-    alike: float
+    roof: RoofChange
     light: bool
-    facades: tuple[tuple[float, float], tuple[float, float]]
+    shaded: float
 
 
 class Place(NamedTuple):
@@ -58,7 +56,7 @@ class Place(NamedTuple):
 
     Attributes
     ----------
-    near, far : what changes between the neighbouring places, and as far as one may look
+    near, far : what changes between the neighbouring places, and as far as one may look;  facades : of both façades, between the places
     vertical, pipes : of both façades the share of their height with upright segments, and how distinct a stripe stands
     sloped : share of the depth along which other segments lie
     narrower_m : by how much the house is narrower on one side, at the façade where it steps less; 0 where one does not, or steps the other way
@@ -69,6 +67,7 @@ class Place(NamedTuple):
 
     near: Across
     far: Across
+    facades: tuple[FacadeChange, FacadeChange]
     vertical: tuple[float, float]
     pipes: tuple[float, float]
     sloped: float
@@ -103,31 +102,35 @@ def places_of(seen: StripEvidence, part: Polygon, places: Sequence[float], whole
         upright, pipes, sloped = _of_slices(seen, u)
         found.append(
             Place(
-                across(seen, u, Sides(left, right)), across(seen, u, whole), upright, pipes, sloped,
+                _across(seen, u, Sides(left, right)), _across(seen, u, whole), _facades(seen, u, Sides(left, right)), upright, pipes, sloped,
                 _narrower_m(seen.strip, u), ridge_turn(slopes, u), cut_off_m2(seen.strip, part, u), table.around(u),
             )
         )  # fmt: skip
     return found, usual_changes(seen, places)
 
 
-def across(seen: StripEvidence, u: float, sides: Sides) -> Across:
-    size, hue, alike = roof_change(seen, u, sides)
+def _across(seen: StripEvidence, u: float, sides: Sides) -> Across:
+    change = roof_change(seen, u, sides)
+    light = is_light(seen, u, sides, change)
+    return Across(roof_step(seen, u, (sides.left, sides.right)), change, light, shaded(seen, u, change))
+
+
+def _facades(seen: StripEvidence, u: float, sides: Sides) -> tuple[FacadeChange, FacadeChange]:
     one, other = (facade_change(changes, u, sides) for changes in seen.facades)
-    light = bool(np.isfinite(size)) and is_light(seen, u, sides, (size, hue))
-    return Across(roof_step(seen, u, (sides.left, sides.right)), size, hue, alike, light, (one, other))
+    return one, other
 
 
 def usual_changes(seen: StripEvidence, places: Sequence[float]) -> Usual:
     """What changes between the places: most of that is no border."""
     ends = [float(seen.stations[0]), *places, float(seen.stations[-1])]
-    controls = [across(seen, u, Sides(a, b)) for a, b in pairwise(ends) for u in _between(a, b)]
+    controls = [(u, Sides(a, b)) for a, b in pairwise(ends) for u in _between(a, b)]
     if len(controls) < 3:
         return Usual()
-    steps = float(np.quantile([c.step.size for c in controls], QUANTILE)) / QUANTILE_SIGMAS
+    steps = [roof_step(seen, u, (sides.left, sides.right)).size for u, sides in controls]
     return Usual(
-        max(HEIGHT_FLOOR_M, steps),
-        max(ROOF_FLOOR, _middle([c.roof for c in controls])),
-        max(FACADE_FLOOR, _middle([size for c in controls for size, _ in c.facades])),
+        max(HEIGHT_FLOOR_M, float(np.quantile(steps, QUANTILE)) / QUANTILE_SIGMAS),
+        max(ROOF_FLOOR, _middle([roof_change(seen, *c).size for c in controls])),
+        max(FACADE_FLOOR, _middle([f.size for c in controls for f in _facades(seen, *c)])),
     )
 
 
@@ -145,8 +148,7 @@ def _middle(values: Sequence[float]) -> float:
 
 def _of_slices(seen: StripEvidence, u: float) -> tuple[tuple[float, float], tuple[float, float], float]:
     """Of the slices near u the most: upright segments and stripes of both façades, segments along the slice."""
-    near = np.abs(seen.stations - u) < BESIDE_M
-    near[int(np.argmin(np.abs(seen.stations - u)))] = True
+    near = slices_at(seen.stations, u)
     upright, pipes = seen.slices.vertical[near].max(axis=0), seen.stripes[near].max(axis=0)
     return (
         (float(upright[0]), float(upright[1])),

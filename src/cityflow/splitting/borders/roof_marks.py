@@ -15,6 +15,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.splitting.scores.running_median import lower_median
 from cityflow.splitting.strips.strip_rasters import RoofRaster
 
 ROW_M = 0.4
@@ -50,9 +51,7 @@ class RoofMarks:
     step, valley, wall, trench : (S,) share of the main roof's rows that step, open upwards, have a wall, have a trench
     ridge, marked : (S,) share that fall to both sides, that have any of the other four
     step_m : (S,) median size of the step over the rows that step; NaN where none does
-    all_m : (S,) median size of what differs over all rows of the main roof, by the lines alone; NaN where there are none
     bottom : (S,) where the valley's bottom lies; NaN where there is none
-    noise_m : usual distance of the roof from a line, metres
     """
 
     u: FloatArray
@@ -63,9 +62,7 @@ class RoofMarks:
     ridge: FloatArray
     marked: FloatArray
     step_m: FloatArray
-    all_m: FloatArray
     bottom: FloatArray
-    noise_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,9 +85,8 @@ def roof_rows(roof: RoofRaster) -> FloatArray:
     width = max(round(ROW_M / cell), 1)
     part = roof.height[:, known[0] : known[-1] + 1].astype(np.float64)
     count = max(part.shape[1] // width, 1)
-    cut = np.sort(part[:, : count * width].reshape(len(roof.u), count, -1), axis=2)
-    number = np.isfinite(cut).sum(axis=2)
-    return np.asarray(np.take_along_axis(cut, np.maximum(number - 1, 0)[..., None] // 2, axis=2)[..., 0])
+    cut = part[:, : count * width].reshape(len(roof.u), count, -1)
+    return lower_median(cut, np.isfinite(cut))
 
 
 def roof_marks(rows: FloatArray, u: FloatArray) -> RoofMarks:
@@ -114,8 +110,8 @@ def roof_marks(rows: FloatArray, u: FloatArray) -> RoofMarks:
     main = _main(before.height, after.height)
     found = _marks(before, after, _between(rows, guard), main, (noise, (2 * guard + NEAR) * cell))
     at = u[0] + (places - 0.5) * cell
-    step, valley, wall, trench, ridge, marked, step_m, all_m, meet = found
-    return RoofMarks(at, step, valley, wall, trench, ridge, marked, step_m, all_m, at + meet, noise)
+    step, valley, wall, trench, ridge, marked, step_m, meet = found
+    return RoofMarks(at, step, valley, wall, trench, ridge, marked, step_m, at + meet)
 
 
 def fitted_lines(windows: FloatArray, x: FloatArray) -> Lines:
@@ -180,7 +176,6 @@ def _marks(
         difference = after.height - before.height
         size = np.maximum(np.abs(difference) - REACH_M * np.abs(bend), 0.0)
         least = max(LEAST_STEP_M, SIGMAS * noise)
-        all_m = _median(size, main)
         size = np.minimum(size, _sharp(before, after, apart_m) * np.sign(difference))
         straight = np.fmax(before.off, after.off) < max(STRAIGHT_M, STRAIGHT_SIGMAS * noise)
         steps = main & straight & (size > least)
@@ -198,7 +193,7 @@ def _marks(
 
     return (
         share(steps), share(valley), share(wall), share(trench), share(ridge), share(steps | valley | wall | trench),
-        _median(size, steps), all_m, _median(meet, valley),
+        lower_median(size, steps), lower_median(meet, valley),
     )  # fmt: skip
 
 
@@ -207,11 +202,3 @@ def _sharp(before: Lines, after: Lines, apart_m: float) -> FloatArray:
     steep = np.maximum.reduce([np.abs(s) for s in (before.slope, after.slope, before.near_slope, after.near_slope)])
     difference = after.near - before.near
     return np.asarray(np.sign(difference) * np.maximum(np.abs(difference) - apart_m * steep, 0.0))
-
-
-def _median(values: FloatArray, chosen: BoolArray) -> FloatArray:
-    """(S,) of the chosen; NaN where none is."""
-    ordered = np.sort(np.where(chosen, values, np.inf), axis=1)
-    number = chosen.sum(axis=1)
-    middle = np.take_along_axis(ordered, np.maximum(number - 1, 0)[:, None] // 2, axis=1)[:, 0]
-    return np.where(number > 0, middle, np.nan)

@@ -37,7 +37,6 @@ class Feature(NamedTuple):
 
 SHAPE = (
     Feature("step", "share", "rows of the main roof that step here, beyond noise, slopes and bends nearby", 1, (0.1, 0.2, 0.4, 0.7)),
-    Feature("step_m", "m", "median size of the step over all rows of the main roof, by lines on either side", 1, (0.1, 0.25, 0.5, 1.0)),
     Feature("valley", "share", "rows that rise to both sides: the gutter between two gables", 1, (0.15, 0.3, 0.5, 0.8)),
     Feature("ridge", "share", "rows that fall to both sides: a ridge across the row", -1, (0.2, 0.5, 0.9)),
     Feature("wall", "share", "rows with points above the roofs on both sides: firewall or parapet", 1, (0.1, 0.25, 0.5, 0.8)),
@@ -45,10 +44,7 @@ SHAPE = (
     Feature("marked", "share", "rows with any of these marks: borders have some over the whole depth, penthouses over a part", 1, (0.3, 0.5, 0.7, 0.85, 0.95)),
     Feature("eaves_m", "m", "step of the eaves, the greater of both sides", 1, (0.15, 0.4, 1.0, 2.5)),
     Feature("both_eaves_m", "m", "step of the eaves, the lesser of both sides", 1, (0.1, 0.3, 0.8)),
-    Feature("ridge_m", "m", "step of the highest line of the roof", 1, (0.1, 0.25, 0.6, 1.5)),
-    Feature("ridge_shift_m", "m", "how far the highest line is offset across the row", 1, (0.3, 0.8, 2.0)),
     Feature("setback_m", "m", "how far the outline steps in or out, the greater of both sides", 1, (0.3, 0.8, 2.0)),
-    Feature("both_setback_m", "m", "how far the outline steps, the lesser of both sides", 1, (0.2, 0.6, 1.5)),
     Feature("sloped", "share", "length of the slice along which segments lie", 1, (0.25, 0.5, 0.8)),
     Feature("lengthwise", "ratio", "depth of the strip over the length of its row", -1, (0.6, 1.0, 1.6)),
 )  # fmt: skip
@@ -58,32 +54,29 @@ PICTURES = (
     Feature("ridge_slope", "tangent", "slope of the flatter of two sides that rise to it", -1, (0.15, 0.4)),
     Feature("saw", "tangent", "slope of the flatter of two roofs that rise alike where the step leads back down: sheds of one hall", -1, (0.1, 0.3)),
     Feature("narrower_m", "m", "narrower on one side at both façades, at the one that steps less: a choir, a wing", -1, (0.3, 1.0, 2.0)),
-    Feature("roof_sigmas", "ratio", "lasting change of the roof's colour over what is usual", 1, (1.0, 2.0, 4.0, 7.0)),
-    Feature("roof_far_sigmas", "ratio", "the same as far as one may look", 1, (1.0, 2.0, 4.0)),
+    Feature("roof_far_sigmas", "ratio", "lasting change of the roof's colour over what is usual, as far as one may look", 1, (1.0, 2.0, 4.0)),
     Feature("hue_sigmas", "ratio", "change of the roof's hue", 1, (1.0, 2.5, 5.0)),
-    Feature("roof_alike", "share", "how alike the colours of both roofs are where their slopes are", -1, (0.5, 1.0)),
-    Feature("facade_sigmas", "ratio", "sharp and lasting change of colour of the façade that changes more", 1, (1.0, 2.0, 4.0, 7.0)),
-    Feature("other_facade_sigmas", "ratio", "the same of the other façade", 1, (1.0, 2.0, 4.0)),
-    Feature("facade_change", "share", "the change itself, relative", 1, (0.05, 0.15, 0.4)),
+    Feature("other_facade_sigmas", "ratio", "sharp and lasting change of colour of the façade that changes less", 1, (1.0, 2.0, 4.0)),
+    Feature("facade_hue_sigmas", "ratio", "sharp and lasting change of a façade's hue, the greater of both: shadows leave hues", 1, (1.0, 2.5, 5.0)),
     Feature("facade_alike", "share", "how alike both parts of a façade are, of the façade where they are more so", -1, (0.5, 1.0)),
     Feature("upright", "share", "height of a façade along which upright segments stand, the greater of both", 1, (0.25, 0.5, 0.8)),
     Feature("other_upright", "share", "the lesser of both", 1, (0.25, 0.6)),
     Feature("pipe", "ratio", "how distinct an upright stripe stands on a façade", 1, (1.5, 3.0, 6.0)),
     Feature("other_pipe", "ratio", "the lesser of both", 1, (1.5, 4.0)),
     Feature("clearest", "share", "how clear the clearest of roof's shape, roof's colour and façades is", 1, (0.3, 0.6, 0.9)),
-    Feature("second", "share", "the second clearest of these, both façades and segments", 1, (0.3, 0.6, 0.9)),
     Feature("storey_alike", "share", "a step of a storey or more between equal colours: parts of one building", -1, (0.5, 1.0)),
     Feature("turned_step", "share", "how far the ridge turns where the roof steps: a wing with eaves and a ridge of its own", 1, (0.3, 0.7)),
     Feature("smaller_m2", "m²", "area of the smaller part that a line there leaves: a bay, a porch, or as large as a building", 1, (40.0, 100.0, 250.0, 600.0)),
     Feature("short_m", "m", "by how much the row is shorter than 12 m", -1, (2.0, 6.0)),
+    Feature("odd_deg", "°", "turn of the row from the nearest main direction: a slanting bit of outline", -1, (2.0, 6.0, 20.0)),
 )  # fmt: skip
 FEATURES = (*SHAPE, *PICTURES)
-"""What the roof's shape and the outline show, then what pictures add, which is not known without them."""
+"""What the roof's shape and the outline show, then what pictures add. A table without pictures has the columns of the shape only."""
 
 
 @dataclass(frozen=True, slots=True)
 class StationTable:
-    """Of one strip: u of its stations, (S,) metres, evenly spaced; `values` (S, F), a column for each of `FEATURES`, NaN where not known."""
+    """Of one strip: u of its stations, (S,) metres, evenly spaced; `values` (S, F), columns as in `FEATURES`, NaN where not known."""
 
     u: FloatArray
     values: FloatArray
@@ -97,11 +90,10 @@ class StationTable:
 
 def station_table(strip: AxisStrip, roof: RoofRaster, marks: RoofMarks, slices: SliceEvidence) -> StationTable:
     """Features of shape at stations along the whole strip."""
-    eaves_and_ridge, shift, ends = profile_steps(strip, roof)
+    eaves_m, setback_m = profile_steps(strip, roof)
     columns = {
-        "step": marks.step, "step_m": marks.all_m, "valley": marks.valley, "ridge": marks.ridge, "wall": marks.wall,
-        "trench": marks.trench, "marked": marks.marked, "eaves_m": _greater(eaves_and_ridge[:, :2]), "both_eaves_m": eaves_and_ridge[:, :2].min(axis=1),
-        "ridge_m": eaves_and_ridge[:, 2], "ridge_shift_m": shift, "setback_m": _greater(ends), "both_setback_m": ends.min(axis=1),
+        "step": marks.step, "valley": marks.valley, "ridge": marks.ridge, "wall": marks.wall, "trench": marks.trench, "marked": marks.marked,
+        "eaves_m": np.fmax(*eaves_m.T), "both_eaves_m": eaves_m.min(axis=1), "setback_m": np.fmax(*setback_m.T),
         "sloped": _at_places(marks.u, strip.stations, slices.sloped),
         "lengthwise": np.full(len(marks.u), strip.depth / max(strip.chain_m, 0.1)),
     }  # fmt: skip
@@ -109,13 +101,7 @@ def station_table(strip: AxisStrip, roof: RoofRaster, marks: RoofMarks, slices: 
     half = max(round(STATION_M / cell / 2), 1)
     inside = np.flatnonzero((marks.u >= strip.stations[0]) & (marks.u <= strip.stations[-1]))
     chosen = inside[half :: 2 * half]
-    values = np.full((len(chosen), len(FEATURES)), np.nan)
-    values[:, : len(SHAPE)] = np.column_stack([_most(columns[f.name], half)[chosen] for f in SHAPE])
-    return StationTable(marks.u[chosen], values)
-
-
-def _greater(pair: FloatArray) -> FloatArray:
-    return np.asarray(np.fmax(pair[:, 0], pair[:, 1]))
+    return StationTable(marks.u[chosen], np.column_stack([_most(columns[f.name], half)[chosen] for f in SHAPE]))
 
 
 def _at_places(u: FloatArray, stations: FloatArray, values: FloatArray) -> FloatArray:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.building import Direction
-from cityflow.core.parameters import Parameters
 from cityflow.core.splitting import Segments
 from cityflow.splitting.directions.principal_histogram import (
     Peak,
@@ -26,45 +24,20 @@ RIGHT_DEG = 90.0
 SURE_VOTE = 0.6
 
 
-class PrincipalParameters(Parameters):
-    """How principal directions are told from the rest."""
-
-    bin_deg: float = Field(0.25, gt=0, le=2, description="width of a bin of the histograms, degrees")
-    metre_sigma_deg: float = Field(
-        4.0,
-        gt=0,
-        le=30,
-        description="standard deviation of the direction of a segment of one metre, before it is estimated from the data, degrees",
-    )
-    least_share: float = Field(
-        0.08,
-        gt=0,
-        le=1,
-        description="least weight of a further maximum of orientations, as a share of that of the main one",
-    )
-    least_slope_share: float = Field(
-        0.15, gt=0, le=1, description="least weight of a further maximum of slopes, as a share of that of the main one"
-    )
-    least_apart_deg: float = Field(1.2, gt=0, le=20, description="maxima of aspect that are nearer are one, degrees")
-    most_aspects: int = Field(12, ge=1, le=40, description="largest number of orientations")
-    most_slopes: int = Field(6, ge=1, le=40, description="largest number of slopes")
-    right_deg: float = Field(
-        1.5, gt=0, le=10, description="largest deviation of two main directions from a right angle, degrees"
-    )
-    least_weight: float = Field(0.35, ge=0, le=1, description="least share of length along main directions")
-    main_weight: float = Field(
-        0.4, ge=0, le=1, description="least share of length along the main orientation; less is a curved row"
-    )
-    least_segments: int = Field(
-        6, ge=1, le=10000, description="fewer segments with a direction give no main directions"
-    )
-    aspect_deg: float = Field(
-        2.0, gt=0, le=20, description="largest deviation of a segment from its main direction, degrees"
-    )
-    slope_deg: float = Field(4.0, gt=0, le=30, description="largest deviation of a segment from a main slope, degrees")
-    position_m: float = Field(
-        0.06, ge=0, le=1, description="uncertainty of a segment's ends: short ones may be off more, metres"
-    )
+BIN_DEG = 0.25
+"""Width of a bin of the histograms."""
+METRE_SIGMA_DEG = 4.0
+"""Standard deviation of the direction of a segment of one metre, before it is estimated from the data."""
+LEAST_SHARE, LEAST_SLOPE_SHARE = 0.08, 0.15
+"""Least weight of a further maximum of orientations, or of slopes, as a share of that of the main one."""
+LEAST_APART_DEG, MOST_ASPECTS, MOST_SLOPES = 1.2, 12, 6
+"""Maxima of aspect that are nearer are one; largest number of orientations and of slopes."""
+SQUARE_DEG, LEAST_WEIGHT, MAIN_WEIGHT = 1.5, 0.35, 0.4
+"""Largest deviation of two main directions from a right angle; least share of length along main directions, and along the main one: less is a curved row."""
+LEAST_SEGMENTS = 6
+"""Fewer segments with a direction give no main directions."""
+ASPECT_DEG, SLOPE_DEG, POSITION_M = 2.0, 4.0, 0.06
+"""Largest deviation of a segment from its main direction and slope; uncertainty of its ends: short ones may be off more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,26 +66,30 @@ class Principal:
         return tuple(a for a, k in zip(self.aspects, self.orientation, strict=True) if k == orientation)
 
 
-def principal_directions(segments: Segments, parameters: PrincipalParameters) -> Principal:
+def principal_directions(segments: Segments, least: int = LEAST_SEGMENTS) -> Principal:
     """Maxima of aspect over all segments, and of slope over those with a principal aspect.
 
     Aspects are looked at modulo 90° first, so that a part of the complex and its perpendicular add up; a
     mixture of normal distributions then separates orientations that are two or three degrees apart.
+
+    Parameters
+    ----------
+    least : fewer segments with a direction give none
     """
     chosen = np.flatnonzero(segments.slope_deg <= UPRIGHT_DEG)
-    if len(chosen) < parameters.least_segments:
+    if len(chosen) < least:
         return Principal((), (), False, "too few segments for main directions")
     part = segments.take(chosen)
     weight = part.length * np.cos(np.radians(part.slope_deg))
-    sigma, peaks = _orientations(part, weight, parameters)
+    sigma, peaks = _orientations(part, weight)
     if not peaks:
         return Principal((), (), False, "no main direction found")
     peaks, belongs = mixture(_folded(part, weight, sigma), peaks)
     aspects, of = _aspects(part.aspect_deg, weight, sigma, peaks, belongs)
     follows = belongs.sum(axis=0) >= 0.5
-    slopes = _slopes(part.take(follows), parameters)
+    slopes = _slopes(part.take(follows))
     votes = tuple(chosen[b >= SURE_VOTE] for b in belongs)
-    reason = _doubt(aspects, of, float(weight[follows].sum() / weight.sum()), parameters)
+    reason = _doubt(aspects, of, float(weight[follows].sum() / weight.sum()))
     return Principal(aspects, slopes, not reason, reason, of, votes)
 
 
@@ -131,19 +108,19 @@ def orientation_at(segments: Segments, principal: Principal, xy: FloatArray, rad
     return int(np.argmax(heard)) if heard.max(initial=0.0) > 1e-3 else -1
 
 
-def filtered(segments: Segments, principal: Principal, parameters: PrincipalParameters) -> Segments:
+def filtered(segments: Segments, principal: Principal) -> Segments:
     """Without what is off the principal directions. Upright segments stay: their aspect has no meaning."""
-    return segments.take(follows_principal(segments, principal, parameters))
+    return segments.take(follows_principal(segments, principal))
 
 
-def follows_principal(segments: Segments, principal: Principal, parameters: PrincipalParameters) -> BoolArray:
+def follows_principal(segments: Segments, principal: Principal) -> BoolArray:
     """(N,) segments that are upright, or level in a principal aspect, or of a principal aspect and a principal slope."""
     slope = segments.slope_deg
     plan = np.maximum(segments.length * np.cos(np.radians(slope)), 1e-6)
-    loose = np.minimum(np.degrees(np.arctan(parameters.position_m / plan)), parameters.aspect_deg)
-    aspect_fits = _fits(segments.aspect_deg, principal.aspects, parameters.aspect_deg + loose, 180.0)
-    loose = np.degrees(np.arctan(parameters.position_m / np.maximum(segments.length, 1e-6)))
-    slope_fits = _fits(slope, principal.slopes, parameters.slope_deg + np.minimum(loose, parameters.slope_deg), 0.0)
+    loose = np.minimum(np.degrees(np.arctan(POSITION_M / plan)), ASPECT_DEG)
+    aspect_fits = _fits(segments.aspect_deg, principal.aspects, ASPECT_DEG + loose, 180.0)
+    loose = np.degrees(np.arctan(POSITION_M / np.maximum(segments.length, 1e-6)))
+    slope_fits = _fits(slope, principal.slopes, SLOPE_DEG + np.minimum(loose, SLOPE_DEG), 0.0)
     return np.asarray((slope > UPRIGHT_DEG) | (aspect_fits & ((slope < LEVEL_DEG) | slope_fits)))
 
 
@@ -158,23 +135,21 @@ def _folded(segments: Segments, weight: FloatArray, sigma: FloatArray) -> Sample
     return Sample(segments.aspect_deg % RIGHT_DEG, weight, sigma, (0.0, RIGHT_DEG), True)
 
 
-def _orientations(
-    segments: Segments, weight: FloatArray, parameters: PrincipalParameters
-) -> tuple[FloatArray, list[Peak]]:
+def _orientations(segments: Segments, weight: FloatArray) -> tuple[FloatArray, list[Peak]]:
     """Standard deviations of the segments' aspects, first by their length alone, then as each local frame's own scatter tells;
     and the maxima modulo 90°, strongest first."""
-    sigma, peaks = aspect_sigma_deg(segments, None, parameters.metre_sigma_deg), list[Peak]()
+    sigma, peaks = aspect_sigma_deg(segments, None, METRE_SIGMA_DEG), list[Peak]()
     for _ in range(2):
         sample = _folded(segments, weight, sigma)
-        histogram = density(sample, parameters.bin_deg)
-        peaks = peaks_of(histogram, sample.span, True, parameters.least_share, parameters.most_aspects)
-        peaks = apart(mixture(sample, peaks)[0], RIGHT_DEG, parameters.least_apart_deg)
-        peaks = [p for p in peaks if p.weight >= parameters.least_share * peaks[0].weight]
+        histogram = density(sample, BIN_DEG)
+        peaks = peaks_of(histogram, sample.span, True, LEAST_SHARE, MOST_ASPECTS)
+        peaks = apart(mixture(sample, peaks)[0], RIGHT_DEG, LEAST_APART_DEG)
+        peaks = [p for p in peaks if p.weight >= LEAST_SHARE * peaks[0].weight]
         if not peaks:
             break
         off = np.stack([deviation_deg(sample.degrees, p.degrees, RIGHT_DEG) for p in peaks])
         nearest = off[np.argmin(np.abs(off), axis=0), np.arange(off.shape[1])]
-        sigma = aspect_sigma_deg(segments, nearest, parameters.metre_sigma_deg)
+        sigma = aspect_sigma_deg(segments, nearest, METRE_SIGMA_DEG)
     return sigma, peaks
 
 
@@ -200,31 +175,31 @@ def _aspects(
     return tuple(f[0] for f in found), tuple(f[1] for f in found)
 
 
-def _slopes(segments: Segments, parameters: PrincipalParameters) -> tuple[Direction, ...]:
+def _slopes(segments: Segments) -> tuple[Direction, ...]:
     slope = segments.slope_deg
     inside = (slope > LEVEL_DEG) & (slope < UPRIGHT_DEG)
     if not inside.any():
         return ()
     part, span = segments.take(inside), (LEVEL_DEG, UPRIGHT_DEG)
-    sample = Sample(slope[inside], part.length, slope_sigma_deg(part, parameters.metre_sigma_deg), span, False)
-    histogram = density(sample, parameters.bin_deg)
-    peaks = peaks_of(histogram, span, False, parameters.least_slope_share, parameters.most_slopes)
-    found = apart(mixture(sample, peaks)[0], 0.0, 2 * parameters.least_apart_deg)
-    found = [p for p in found if p.weight >= parameters.least_slope_share * found[0].weight]
+    sample = Sample(slope[inside], part.length, slope_sigma_deg(part, METRE_SIGMA_DEG), span, False)
+    histogram = density(sample, BIN_DEG)
+    peaks = peaks_of(histogram, span, False, LEAST_SLOPE_SHARE, MOST_SLOPES)
+    found = apart(mixture(sample, peaks)[0], 0.0, 2 * LEAST_APART_DEG)
+    found = [p for p in found if p.weight >= LEAST_SLOPE_SHARE * found[0].weight]
     return tuple(Direction(p.degrees, p.sigma, p.weight) for p in found)
 
 
-def _doubt(aspects: tuple[Direction, ...], of: tuple[int, ...], share: float, parameters: PrincipalParameters) -> str:
+def _doubt(aspects: tuple[Direction, ...], of: tuple[int, ...], share: float) -> str:
     """Why the directions should not be trusted; empty where they may."""
     main = [a.degrees for a, k in zip(aspects, of, strict=True) if k == 0]
     if len(main) < 2:
         return "no two main directions are perpendicular"
     off = abs(abs(float(deviation_deg(np.array(main[0]), main[1], 180.0))) - RIGHT_DEG)
-    if off > parameters.right_deg:
+    if off > SQUARE_DEG:
         return f"the main directions differ from a right angle by {off:.1f}°"
-    if share < parameters.least_weight:
+    if share < LEAST_WEIGHT:
         return f"only {share:.0%} of the segments' length follows the main directions"
     first = sum(a.weight for a, k in zip(aspects, of, strict=True) if k == 0) / sum(a.weight for a in aspects)
-    if first < parameters.main_weight and len(set(of)) > 3:
+    if first < MAIN_WEIGHT and len(set(of)) > 3:
         return f"{len(set(of))} directions without a main one: a curved row"
     return ""

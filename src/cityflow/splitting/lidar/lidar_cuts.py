@@ -19,7 +19,7 @@ from cityflow.splitting.cuts.cut_chords import line_at
 from cityflow.splitting.cuts.cuts import Candidate, free_ends
 from cityflow.splitting.lidar.lidar_surface import lidar_raster
 from cityflow.splitting.strips.axis_strips import AxisStrip
-from cityflow.splitting.strips.slices import SegmentPoints, SliceEvidence, slice_evidence
+from cityflow.splitting.strips.slices import SegmentPoints, SliceEvidence, slice_evidence, slices_at
 from cityflow.splitting.strips.strip_rasters import RoofRaster, eaves, roof_raster
 
 CELL_M, REACH_M, AROUND_M = 0.2, 1.6, 2.0
@@ -76,8 +76,10 @@ def lidar_candidates(
         u = border_position(strip, seen.marks, seen.rows, seen.roof.u, u_0)
         line = line_at(strip, part, u)
         if line is not None:
-            of_slices = _of_slices(seen.slices, strip, u)
-            cut = CutLine(line, "cut", *of_slices, _step_m(seen.marks, u), 0.0, probability, aspect_sigma_deg)
+            near, step_m = slices_at(strip.stations, u), _step_m(seen.marks, u)
+            upright = float(min(seen.slices.vertical[near].max(), 1.0))
+            sloped = float(seen.slices.sloped[near].max())
+            cut = CutLine(line, "cut", upright, sloped, step_m, 0.0, probability, aspect_sigma_deg)
             found.append(Candidate(u, float(np.log(probability / (1 - probability))), cut))
     return found
 
@@ -115,10 +117,3 @@ def borders_of_row(u: FloatArray, probability: FloatArray) -> list[tuple[float, 
 def _step_m(marks: RoofMarks, u: float) -> float:
     step = marks.step_m[int(np.argmin(np.abs(marks.u - u)))]
     return float(step) if np.isfinite(step) else 0.0
-
-
-def _of_slices(slices: SliceEvidence, strip: AxisStrip, u: float) -> tuple[float, float]:
-    """Shares along which upright and other segments stand near u."""
-    near = np.abs(strip.stations - u) < 0.3
-    near[int(np.argmin(np.abs(strip.stations - u)))] = True
-    return float(min(slices.vertical[near].max(), 1.0)), float(slices.sloped[near].max())

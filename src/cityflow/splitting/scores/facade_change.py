@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,23 +20,31 @@ the first of which the façade says nothing, above the second all it can."""
 SHARP_M, SHARP_GUARD_M = 1.2, 0.2
 
 
-def facade_change(changes: tuple[Change, ...], u: float, sides: Sides) -> tuple[float, float]:
-    """Relative change of a façade's colour in the local frame that shows most of it, and how much that counts, 0 to 1: where it is sharp,
-    lasts, and enough of the façade is known on both sides."""
+class FacadeChange(NamedTuple):
+    """Relative change of a façade's colour in the local frame that shows most of it, and of its hue; NaN where not known. How much it counts, 0 to 1:
+    where it is sharp, lasts, and enough of the façade is known on both sides."""
+
+    size: float = float("nan")
+    hue: float = float("nan")
+    counts: float = 0.0
+
+
+def facade_change(changes: tuple[Change, ...], u: float, sides: Sides) -> FacadeChange:
     if not changes:
-        return float("nan"), 0.0
+        return FacadeChange()
     best = max(changes, key=lambda c: c.seen)
     rows, trust = _rows_of_both(best, u, sides)
     if trust <= 0:
-        return float("nan"), 0.0
+        return FacadeChange()
     part = replace(best, image=np.ascontiguousarray(best.image[:, rows]))
     edges = np.array([0, part.image.shape[1]], np.int64)
     ratio = change_across(part, u, sides, edges, (FACADE_SIDE_M, FACADE_GUARD_M))[0]
     if not np.isfinite(ratio).all():
-        return float("nan"), 0.0
+        return FacadeChange()
     far = change_across(part, u, sides, edges, (FACADE_LASTS_M, FACADE_GUARD_M))[0]
     left = float(far @ ratio) / max(float(ratio @ ratio), 1e-9) if np.isfinite(far).all() else 1.0
-    return float(np.abs(ratio).max()), trust * most_of(left) * _sharp(part, u, ratio)
+    size, hue = float(np.abs(ratio).max()), float(np.abs(ratio - ratio.mean()).max())
+    return FacadeChange(size, hue, trust * most_of(left) * _sharp(part, u, ratio))
 
 
 def _rows_of_both(change: Change, u: float, sides: Sides) -> tuple[BoolArray, float]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.splitting.scores.running_median import lower_median
 from cityflow.splitting.scores.score_height import VALLEY_SLOPE
 from cityflow.splitting.strips.strip_evidence import StripEvidence
 
@@ -86,9 +87,7 @@ def _lines(rows: FloatArray, at: FloatArray, chosen: BoolArray, u: float) -> tup
 
 def _spread(off: FloatArray, known: BoolArray) -> FloatArray:
     """Median over the known rows of each column; 0 where none is."""
-    ordered = np.sort(np.where(known, off, np.inf), axis=0)
-    middle = np.take_along_axis(ordered, np.maximum(known.sum(axis=0) - 1, 0)[None] // 2, axis=0)[0]
-    return np.where(np.isfinite(middle), middle, 0.0)
+    return np.nan_to_num(lower_median(off.T, known.T))
 
 
 def _fit(x: FloatArray, z: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,13 +1,20 @@
-"""Medians before and after every station, in one pass with a histogram of levels."""
+"""Medians of what is known: before and after every station, in one pass with a histogram of levels; of blocks; of rows."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from cityflow.core.arrays import Float32Array
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.kernels import njit
 
 BINS = 256
+
+
+def lower_median(values: FloatArray, known: BoolArray) -> FloatArray:
+    """(…,) over the last axis the middle one of what is known, the lower of two; NaN where nothing is."""
+    ordered, number = np.sort(np.where(known, values, np.inf), axis=-1), known.sum(axis=-1)
+    middle = np.take_along_axis(ordered, np.maximum(number - 1, 0)[..., None] // 2, axis=-1)[..., 0]
+    return np.where(number > 0, middle, np.nan)
 
 
 @njit(cache=True, nogil=True)

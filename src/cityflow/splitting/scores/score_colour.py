@@ -28,13 +28,11 @@ class Change:
 
     Attributes
     ----------
-    amount : (S,) relative change of the colour that differs most; NaN where nothing is known
-    significance : (S,) the same over its usual size where nothing changes
-    profile : (U, C) colours of columns, for finding the place to a fraction of a slice
-    u : (U,) of those columns
+    significance : (S,) relative change of the colour that differs most over its usual size where nothing changes; NaN where nothing is known
+    signed : (S, C) the change of each colour
+    u : (U,) columns of the image;  image : (U, Z, C) levels
     """
 
-    amount: FloatArray
     significance: FloatArray
     signed: FloatArray
     u: FloatArray
@@ -100,4 +98,4 @@ def _judged(signed: FloatArray, u: FloatArray, image: Float32Array) -> Change:
     amount = np.abs(signed).max(axis=1) if signed.shape[1] else np.full(len(signed), np.nan)
     known = amount[np.isfinite(amount)]
     usual = float(np.quantile(known, QUIET)) / QUIET_SIGMAS if len(known) > 10 else 0.0
-    return Change(amount, amount / np.hypot(FLOOR, min(usual, 4 * FLOOR)), signed, u, image)
+    return Change(amount / np.hypot(FLOOR, min(usual, 4 * FLOOR)), signed, u, image)

@@ -17,6 +17,8 @@ ROW_M = 0.3
 FLOOR_M = 0.04
 VALLEY_SLOPE = 0.2
 """Roofs that fall towards a line from both sides more steeply than this meet in a valley."""
+STRAIGHT_M = 0.15
+"""A roof that is farther off its line, in the mean square, is none that falls or rises: it steps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,17 +27,13 @@ class HeightChange:
 
     Attributes
     ----------
-    step_m : median over parts of the depth of the step's size, metres
     share : of the parts that step clearly, 0 to 1
-    significance : step over its usual size where nothing changes
-    slope : (S, 2) mean slope along the axis before and after
+    significance : step over its usual size where nothing changes; steps are medians over parts of the depth
     valley : by how much the roof bends up where it falls before and rises after; 0 elsewhere
     """
 
-    step_m: FloatArray
     share: FloatArray
     significance: FloatArray
-    slope: FloatArray
     valley: FloatArray
     u: FloatArray
     rows: FloatArray
@@ -47,8 +45,8 @@ def height_change(roof: RoofRaster, stations: FloatArray, window_m: float, guard
     rows = _rows(roof, max(round(ROW_M / cell), 1))
     width, guard = max(round(window_m / cell), 3), round(guard_m / cell)
     border = np.round((stations - (roof.u[0] - cell / 2)) / cell).astype(np.int64)
-    before, slope_before = _prolonged(rows, border - guard - width, border - guard, border, cell)
-    after, slope_after = _prolonged(rows, border + guard, border + guard + width, border, cell)
+    before, slope_before, off_before = _prolonged(rows, border - guard - width, border - guard, border, cell)
+    after, slope_after, off_after = _prolonged(rows, border + guard, border + guard + width, border, cell)
     step = after - before
     grouped = _grouped(step)
     size = np.abs(grouped)
@@ -57,11 +55,10 @@ def height_change(roof: RoofRaster, stations: FloatArray, window_m: float, guard
     known = np.isfinite(size).sum(axis=1)
     with np.errstate(invalid="ignore"):
         share = np.where(known > 0, (size > np.maximum(0.1, 3 * noise)).sum(axis=1) / np.maximum(known, 1), np.nan)
-    step_m = _median(size)
-    slope = np.column_stack([_median(slope_before), _median(slope_after)])
-    steep = np.minimum(-slope[:, 0], slope[:, 1])
-    valley = np.where(steep > VALLEY_SLOPE, slope[:, 1] - slope[:, 0], 0.0)
-    return HeightChange(step_m, share, step_m / noise, slope, valley, roof.u, rows)
+    falls, rises = _median(slope_before), _median(slope_after)
+    straight = np.fmax(_median(off_before), _median(off_after)) < STRAIGHT_M
+    valley = np.where(straight & (np.minimum(-falls, rises) > VALLEY_SLOPE), rises - falls, 0.0)
+    return HeightChange(share, _median(size) / noise, valley, roof.u, rows)
 
 
 def _rows(roof: RoofRaster, width: int) -> FloatArray:
@@ -79,21 +76,22 @@ def _rows(roof: RoofRaster, width: int) -> FloatArray:
 
 def _prolonged(
     rows: FloatArray, first: np.ndarray, after: np.ndarray, border: np.ndarray, cell: float
-) -> tuple[FloatArray, FloatArray]:
-    """(S, R) heights at the borders of least-squares lines through columns first … after − 1, and their slopes."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(S, R) heights at the borders of least-squares lines through columns first … after − 1, their slopes, and how far the roof is off them, rms."""
     known = np.isfinite(rows)
     level = np.nanmean(rows) if known.any() else 0.0
     z = np.where(known, rows - level, 0.0)
     x = (np.arange(len(rows)) * cell)[:, None] * known
-    sums = [_cumulated(np.asarray(a, np.float64)) for a in (known, x, z, x * x, x * z)]
+    sums = [_cumulated(np.asarray(a, np.float64)) for a in (known, x, z, x * x, x * z, z * z)]
     a, b = np.clip(first, 0, len(rows)), np.clip(after, 0, len(rows))
-    n, s_x, s_z, s_xx, s_xz = (s[b] - s[a] for s in sums)
+    n, s_x, s_z, s_xx, s_xz, s_zz = (s[b] - s[a] for s in sums)
     enough = n >= 0.6 * (after - first)[:, None]
     with np.errstate(invalid="ignore", divide="ignore"):
         slope = (s_xz - s_x * s_z / n) / (s_xx - s_x * s_x / n)
         at = (border[:, None] - 0.5) * cell
         value = s_z / n + slope * (at - s_x / n) + level
-    return np.where(enough, value, np.nan), np.where(enough, slope, np.nan)
+        off = np.sqrt(np.maximum(s_zz - s_z * s_z / n - slope * (s_xz - s_x * s_z / n), 0.0) / n)
+    return np.where(enough, value, np.nan), np.where(enough, slope, np.nan), np.where(enough, off, np.nan)
 
 
 def _cumulated(a: FloatArray) -> FloatArray:

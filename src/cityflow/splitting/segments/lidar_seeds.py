@@ -9,7 +9,7 @@ from shapely import Polygon
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Direction
 from cityflow.core.splitting import Segments, joined_segments
-from cityflow.splitting.directions.principal import PrincipalParameters, principal_directions
+from cityflow.splitting.directions.principal import principal_directions
 from cityflow.splitting.directions.principal_histogram import deviation_deg
 
 PITCH_M, SEGMENT_M = 0.9, 3.0
@@ -19,13 +19,13 @@ NEAR_DEG = 15.0
 MOST_ORIENTATIONS = 2
 OUTLINE_LAYER = 3
 """Edges of the outline scatter by themselves: a layer of their own."""
-LEAST_EDGE_M = 2.0
+LEAST_EDGE_M, LEAST_SEGMENTS = 2.0, 4
 
 
 def known_aspects(segments: Segments, outline: Polygon) -> tuple[float, ...]:
     """Degrees, of the strongest orientations of segments and the outline's edges together."""
     both = joined_segments([segments, _edges(outline, segments.frames)], segments.frames)
-    found = principal_directions(both, PrincipalParameters(least_segments=4))
+    found = principal_directions(both, LEAST_SEGMENTS)
     strong: list[Direction] = [a for k in range(MOST_ORIENTATIONS) for a in found.aspects_of(k)]
     degrees = {round(a.degrees % 90.0, 6): None for a in strong}
     return tuple(d + turn for d in degrees for turn in (0.0, 90.0))

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from pydantic import Field
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.grid import Bounds, grown
-from cityflow.core.parameters import Parameters
 from cityflow.core.points import BUILDING, CIVIL_STRUCTURE, NOISE, PointCloud
 from cityflow.core.splitting import POINTS, FrameRasters, Segments, SplitEvidence, joined_segments
 from cityflow.splitting.lidar.lidar_lines import NONE, LaidLines, laid_lines
 from cityflow.splitting.lidar.lidar_surface import highest_points, lidar_raster
-from cityflow.splitting.scores.line_repeats import without_repeats
 from cityflow.splitting.segments.lidar_seeds import known_aspects, lattice, lengths, near_aspect, translated, turned_to
+from cityflow.splitting.segments.line_repeats import without_repeats
 from cityflow.splitting.segments.segment_images import EdgeImage, crease_images, step_image
 from cityflow.splitting.segments.segment_lines import detect
 from cityflow.splitting.segments.segment_space import within
@@ -26,19 +24,15 @@ LEAST_SCATTER_M = 0.03
 FREE_DEG, BOUND_DEG = 6.0, 1.0
 
 
-class LidarSegmentParameters(Parameters):
-    """Which line segments are found in points."""
-
-    outside_m: float = Field(1.0, ge=0, le=5, description="how far outside the outline a segment may lie, metres")
-    points_per_cell: float = Field(0.6, gt=0, le=20, description="cells of the raster hold so many points in the mean")
-    least_length_m: float = Field(1.5, gt=0, le=20, description="shorter segments are dropped, metres")
-    reach_m: float = Field(0.8, gt=0, le=5, description="places farther from any point are holes, metres")
-    scatter_m: float = Field(
-        0.12, gt=0, le=2, description="largest scatter of points about the roofs along a segment, metres"
-    )
+OUTSIDE_M, REACH_M = 1.0, 0.8
+"""How far outside the outline a segment may lie; places farther from any point are holes."""
+POINTS_PER_CELL, LEAST_LENGTH_M = 0.6, 1.5
+"""Cells of the raster hold so many points in the mean; shorter segments are dropped."""
+SCATTER_M = 0.12
+"""Largest scatter of points about the roofs along a segment."""
 
 
-def lidar_segments(evidence: SplitEvidence, parameters: LidarSegmentParameters) -> Segments:
+def lidar_segments(evidence: SplitEvidence) -> Segments:
     """Segments of layer `POINTS`; none where there is less than one point per square metre.
 
     Parameters
@@ -46,58 +40,54 @@ def lidar_segments(evidence: SplitEvidence, parameters: LidarSegmentParameters) 
     evidence : `points` over the outline and a few metres around
     """
     names = tuple(f.frame.name for f in evidence.frames) or ("lidar",)
-    near = evidence.outline.buffer(parameters.outside_m, join_style="mitre")
+    near = evidence.outline.buffer(OUTSIDE_M, join_style="mitre")
     bounds = grown(near.bounds, 2.0)
     xyz = _usable(evidence.points, bounds)
     area = (bounds[2] - bounds[0]) * (bounds[3] - bounds[1])
     if evidence.outline.is_empty or len(xyz) < area:
         return joined_segments([], names)
-    cell = max(float(np.sqrt(parameters.points_per_cell * area / len(xyz))), LEAST_CELL_M)
-    raster = lidar_raster(xyz, bounds, cell, parameters.reach_m)
+    cell = max(float(np.sqrt(POINTS_PER_CELL * area / len(xyz))), LEAST_CELL_M)
+    raster = lidar_raster(xyz, bounds, cell, REACH_M)
     origin = np.array([bounds[0], bounds[1], 0.0])
     points = highest_points(xyz, raster.grid) - origin
     points = points[np.argsort(points[:, 0], kind="stable")]
-    candidates = _candidates(raster, evidence, parameters, origin)
-    found = _guided(points, candidates, translated(evidence.outline, -origin), parameters)
+    candidates = _candidates(raster, evidence, origin)
+    found = _guided(points, candidates, translated(evidence.outline, -origin))
     segments = _segments(found.take(_distinct(found)), origin, names)
-    keep = (segments.length >= parameters.least_length_m) & within(segments, near, evidence.ground_height - 1.0)
+    keep = (segments.length >= LEAST_LENGTH_M) & within(segments, near, evidence.ground_height - 1.0)
     return segments.take(keep)
 
 
-def _guided(
-    points: FloatArray, candidates: FloatArray, outline: Polygon, parameters: LidarSegmentParameters
-) -> LaidLines:
+def _guided(points: FloatArray, candidates: FloatArray, outline: Polygon) -> LaidLines:
     """Lines laid freely tell the directions of the complex; then those directions are searched from one side to the other.
 
     A short line through points a few decimetres apart may turn by degrees; one that keeps to a direction known from all of them
     shows steps of a decimetre.
     """
-    free = _sound(laid_lines(points, candidates, FREE_DEG), parameters)
+    free = _sound(laid_lines(points, candidates, FREE_DEG))
     aspects = known_aspects(_segments(free, np.zeros(3), ("lidar",)), outline)
     if not aspects:
         return free
     lines = free.ends[:, :, :2]
     seeds = [turned_to(candidates, aspects), turned_to(lines, aspects), *(lattice(outline, a) for a in aspects)]
-    bound = _sound(laid_lines(points, np.concatenate(seeds), BOUND_DEG), parameters)
-    rest = free.take((lengths(lines) >= 2 * parameters.least_length_m) & ~near_aspect(lines, aspects))
+    bound = _sound(laid_lines(points, np.concatenate(seeds), BOUND_DEG))
+    rest = free.take((lengths(lines) >= 2 * LEAST_LENGTH_M) & ~near_aspect(lines, aspects))
     return LaidLines(*(np.concatenate(both) for both in zip(bound, rest, strict=True)))
 
 
-def _sound(found: LaidLines, parameters: LidarSegmentParameters) -> LaidLines:
-    return found.take((found.kind != NONE) & (found.scatter <= parameters.scatter_m))
+def _sound(found: LaidLines) -> LaidLines:
+    return found.take((found.kind != NONE) & (found.scatter <= SCATTER_M))
 
 
-def _candidates(
-    raster: FrameRasters, evidence: SplitEvidence, parameters: LidarSegmentParameters, origin: FloatArray
-) -> FloatArray:
+def _candidates(raster: FrameRasters, evidence: SplitEvidence, origin: FloatArray) -> FloatArray:
     """(M, 2, 2) lines in the raster, metres from the origin."""
     cell, grid = raster.grid.cell, raster.grid
     level = evidence.ground_height
-    inside = covered(raster, evidence.outline, (level, level), parameters.outside_m + 4 * cell)
+    inside = covered(raster, evidence.outline, (level, level), OUTSIDE_M + 4 * cell)
     known = np.isfinite(raster.dsm) & inside
     images = [*crease_images(raster.dsm, known, cell), EdgeImage(step_image(raster.dsm, known, cell), known)]
     ends = np.concatenate([detect(i).ends for i in images]) if known.any() else np.empty((0, 2, 2))
-    ends = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) * cell >= 0.7 * parameters.least_length_m]
+    ends = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) * cell >= 0.7 * LEAST_LENGTH_M]
     x = grid.x_min + (ends[..., 0] + 0.5) * cell - origin[0]
     y = grid.y_max - (ends[..., 1] + 0.5) * cell - origin[1]
     return np.stack([x, y], axis=2)

@@ -29,7 +29,6 @@ class Courses:
     step : (N,) float64, how much higher one side is than the other;  step_sigma : its standard deviation
     bend_deg : (N,) float64, angle between the slopes across the line of both sides;  bend_sigma_deg : its deviation
     meet : (N, 2) float64, cells to the left of start and end at which the planes of both sides meet
-    meet_z : (N, 2) float64, the height there
     """
 
     z: FloatArray
@@ -40,7 +39,6 @@ class Courses:
     bend_deg: FloatArray
     bend_sigma_deg: FloatArray
     meet: FloatArray
-    meet_z: FloatArray
 
 
 def unbroken(
@@ -105,10 +103,9 @@ def courses(dsm: Float32Array, ends: FloatArray, cell: float, step_m: float) -> 
     fall = right.slope - left.slope
     with np.errstate(divide="ignore", invalid="ignore"):
         meet = (left.z - right.z) / fall[:, None]
-    meet_z = left.z + left.slope[:, None] * meet
     return Courses(
         carrying.z, _sigma(carrying), carrying.scatter, np.abs(gap), gap_sigma, np.abs(bend), bend_sigma,
-        meet / cell, meet_z,
+        meet / cell,
     )  # fmt: skip
 
 

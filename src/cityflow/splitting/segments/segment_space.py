@@ -10,7 +10,7 @@ from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.splitting import ORTHO, FrameRasters, Segments
-from cityflow.splitting.scores.line_repeats import without_repeats
+from cityflow.splitting.segments.line_repeats import without_repeats
 from cityflow.splitting.segments.segment_heights import Courses, courses, unbroken
 from cityflow.splitting.segments.segment_lines import SAME_CELLS, SAME_DEG, Lines
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 import shapely
 from shapely import Polygon
@@ -46,6 +45,7 @@ class AxisStrip:
     stations : (S,) u of the chords, equally spaced, metres
     low, high : (S,) v of both ends of each chord, metres
     chain_m : length of the strips that follow one another round a curve; its own where it is straight, metres
+    odd_deg : how far it is turned from the nearest known direction, degrees; 0 where none is known
     """
 
     origin: FloatArray
@@ -54,6 +54,7 @@ class AxisStrip:
     low: FloatArray
     high: FloatArray
     chain_m: float
+    odd_deg: float = 0.0
 
     @property
     def across(self) -> FloatArray:
@@ -119,11 +120,16 @@ def axis_strips(
     runs = [s for angle in directions for s in _chord_runs(edges, angle, directions, step_m)]
     chains = _chain_lengths(runs)
     kept = [
-        AxisStrip(origin, s.along, s.stations, s.low, s.high, c)
+        AxisStrip(origin, s.along, s.stations, s.low, s.high, c, _odd(s.along, aspects_deg))
         for s, c in zip(runs, chains, strict=True)
         if c >= shortest_m and len(s.stations) > 2 and np.median(s.high - s.low) <= CROSSWISE * c
     ]
     return tuple(sorted(kept, key=lambda p: -len(p.stations)))
+
+
+def _odd(along: FloatArray, aspects_deg: Sequence[float]) -> float:
+    own = np.degrees(np.arctan2(along[1], along[0]))
+    return float(_turn(np.array(aspects_deg), own).min()) if len(aspects_deg) else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,14 +291,3 @@ def _ends(run: _ChordRun) -> FloatArray:
     """(2, 2) middle of the first and of the last chord."""
     v = (run.low + run.high)[[0, -1]] / 2
     return np.outer(run.stations[[0, -1]], run.along) + np.outer(v, [-run.along[1], run.along[0]])
-
-
-def uv_mask(strip: AxisStrip, outline: Polygon, u: FloatArray, v: FloatArray) -> BoolArray:
-    """(U, V) cells of a regular grid in u, v whose centres lie inside the outline."""
-    cell = float(u[1] - u[0])
-    mask = np.zeros((len(v), len(u)), np.uint8)
-    for ring, value in ((outline.exterior, 1), *((r, 0) for r in outline.interiors)):
-        uv = strip.to_uv(shapely.get_coordinates(ring)[:, :2])
-        corners = np.column_stack([(uv[:, 0] - u[0]) / cell, (uv[:, 1] - v[0]) / cell])
-        cv2.fillPoly(mask, [np.round(corners * 16).astype(np.int32)], value, lineType=cv2.LINE_8, shift=4)
-    return np.asarray(mask.T > 0)

@@ -20,19 +20,19 @@ ALONG_SLICE_DEG = 8.0
 """How far a segment in a slice may be turned from it in plan."""
 CELL_M = 0.25
 """Coverage is counted in cells of this size, up the façade and along the slice."""
+BESIDE_M = 0.25
+"""Slices so near to a place tell of it."""
 FACADE_REACH_M = 1.0
 """How far upright segments may stand from the outline: eaves, reveals, bays."""
 
 
 @dataclass(frozen=True, slots=True)
 class SegmentPoints:
-    """Points on segments: (P, 3) world metres, the segment each lies on, whether that one is upright, and its direction in plan."""
+    """Points on segments: (P, 3) world metres, whether the segment that each lies on is upright, and its direction in plan."""
 
     xyz: FloatArray
-    segment: IntArray
     upright: BoolArray
     aspect_deg: FloatArray
-    strength: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,12 +43,16 @@ class SliceEvidence:
     ----------
     vertical : (S, 2) share of the façade's height with upright segments, at the lower and the upper end
     sloped : (S,) share of the chord with segments along it that are not upright
-    points : (S,) number of points of any attitude
     """
 
     vertical: FloatArray
     sloped: FloatArray
-    points: IntArray
+
+
+def slices_at(stations: FloatArray, u: float) -> BoolArray:
+    """(S,) the slices that tell of a place, at least one."""
+    off = np.abs(stations - u)
+    return np.asarray((off < BESIDE_M) | (np.arange(len(off)) == np.argmin(off)))
 
 
 def points_on_segments(segments: Segments, spacing_m: float) -> SegmentPoints:
@@ -60,9 +64,7 @@ def points_on_segments(segments: Segments, spacing_m: float) -> SegmentPoints:
     share = (place / (count[owner] - 1))[:, None]
     xyz = segments.start[owner] + share * (segments.end - segments.start)[owner]
     upright = segments.slope_deg > UPRIGHT_DEG
-    return SegmentPoints(
-        xyz, owner, upright[owner], segments.aspect_deg[owner], segments.strength[owner].astype(np.float64)
-    )
+    return SegmentPoints(xyz, upright[owner], segments.aspect_deg[owner])
 
 
 def slice_evidence(
@@ -82,12 +84,11 @@ def slice_evidence(
     within[within] &= (uv[within, 1] > strip.low[at[within]] - FACADE_REACH_M) & (
         uv[within, 1] < strip.high[at[within]] + FACADE_REACH_M
     )
-    number = np.bincount(at[within], minlength=len(strip.stations))
     vertical = [
         _upright_share(strip, points, uv, at, within, end, eaves, ground)
         for end, eaves in zip((strip.low, strip.high), heights, strict=True)
     ]
-    return SliceEvidence(np.column_stack(vertical), _sloped_share(strip, points, uv, at, within), number)
+    return SliceEvidence(np.column_stack(vertical), _sloped_share(strip, points, uv, at, within))
 
 
 def _upright_share(

@@ -60,7 +60,7 @@ def look_at_strip(
     points : on the filtered segments
     cells : of the oblique local frames
     """
-    roof = roof_raster(strip, outline, evidence.frames[0], evidence.points)
+    roof = roof_raster(strip, outline, evidence.frames[0])
     heights = eaves(strip, roof)
     facades = facade_rasters(strip, cells, heights, evidence.ground_height, _facade_cell(evidence))
     sides: tuple[list[Change], list[Change]] = ([], [])

@@ -7,18 +7,16 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
+import shapely
 from numpy.typing import NDArray
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
-from cityflow.core.points import PointCloud
 from cityflow.core.splitting import FrameRasters
-from cityflow.splitting.strips.axis_strips import AxisStrip, uv_mask
+from cityflow.splitting.strips.axis_strips import AxisStrip
 
 FACADE_BAND_M = (1.2, 0.6)
 """Façade points stand at most this far outside of and inside the end of a chord."""
-LIDAR_CELL_M = 0.3
 CONTEXT_M = 4.0
 """How far beyond the ends of a strip one looks: the neighbour of its first or last unit may stand round a corner."""
 EAVES_CLEAR_M = 0.25
@@ -73,17 +71,9 @@ def levels(ortho: NDArray[np.uint8] | NDArray[np.uint16]) -> Float32Array:
     return np.asarray(ortho, np.float32) * np.float32(scale)
 
 
-def roof_raster(
-    strip: AxisStrip, outline: Polygon, nadir: FrameRasters, points: PointCloud | None = None
-) -> RoofRaster:
-    """Roof over a strip, and up to 4 m beyond its ends between the prolonged ends of its chords, within the outline.
-
-    Parameters
-    ----------
-    points : of LiDAR; where there are some, and no ortho, heights are theirs, finer than the rasters
-    """
-    lidar = points is not None and nadir.ortho is None and len(points) > 0
-    cell = LIDAR_CELL_M if lidar else float(np.clip(nadir.grid.cell, 0.08, 0.5))
+def roof_raster(strip: AxisStrip, outline: Polygon, nadir: FrameRasters) -> RoofRaster:
+    """Roof over a strip, and up to 4 m beyond its ends between the prolonged ends of its chords, within the outline."""
+    cell = float(np.clip(nadir.grid.cell, 0.08, 0.5))
     u = np.arange(strip.stations[0] - CONTEXT_M, strip.stations[-1] + CONTEXT_M, cell)
     v = np.arange(strip.low.min() - 2.0, strip.high.max() + 2.0, cell)
     uv = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
@@ -92,13 +82,8 @@ def roof_raster(
     col = ((frame[:, 0] - nadir.grid.x_min) / nadir.grid.cell - 0.5).reshape(uv.shape[:2]).astype(np.float32)
     row = ((nadir.grid.y_max - frame[:, 1]) / nadir.grid.cell - 0.5).reshape(uv.shape[:2]).astype(np.float32)
     nan = float("nan")
-    if points is not None and lidar:
-        height = _highest(strip, points, u, v)
-    else:
-        in_frame = cv2.remap(
-            nadir.dsm, col, row, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=(nan,) * 4
-        )
-        height = np.asarray(in_frame + nadir.frame.to_world(np.zeros((1, 3)))[0, 2], np.float32)
+    in_frame = cv2.remap(nadir.dsm, col, row, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=(nan,) * 4)
+    height = np.asarray(in_frame + nadir.frame.to_world(np.zeros((1, 3)))[0, 2], np.float32)
     k = np.clip(np.searchsorted(strip.stations, u), 0, len(strip.stations) - 1)
     outside = (v[None, :] < strip.low[k][:, None]) | (v[None, :] > strip.high[k][:, None])
     outside |= ~uv_mask(strip, outline, u, v)
@@ -107,19 +92,15 @@ def roof_raster(
     return RoofRaster(u, v, np.where(outside, np.float32(nan), height), colour, around, ~outside)
 
 
-def _highest(strip: AxisStrip, points: PointCloud, u: FloatArray, v: FloatArray) -> Float32Array:
-    """(U, V) highest point in each cell; single empty cells take the median of those around."""
+def uv_mask(strip: AxisStrip, outline: Polygon, u: FloatArray, v: FloatArray) -> BoolArray:
+    """(U, V) cells of a regular grid in u, v whose centres lie inside the outline."""
     cell = float(u[1] - u[0])
-    uv = strip.to_uv(points.xyz[:, :2])
-    at = np.floor((uv - [u[0] - cell / 2, v[0] - cell / 2]) / cell).astype(np.int64)
-    inside = ((at >= 0) & (at < [len(u), len(v)])).all(axis=1)
-    height = np.full((len(u), len(v)), -np.inf, np.float32)
-    np.maximum.at(height, (at[inside, 0], at[inside, 1]), points.xyz[inside, 2].astype(np.float32))
-    padded = np.pad(np.where(np.isfinite(height), height, np.float32("nan")), 1, constant_values=np.nan)
-    around = np.sort(sliding_window_view(padded, (3, 3)).reshape(*height.shape, 9), axis=2)
-    known = np.isfinite(around).sum(axis=2)
-    middle = np.take_along_axis(around, np.maximum(known - 1, 0)[..., None] // 2, axis=2)[..., 0]
-    return np.where(np.isfinite(height), height, np.where(known >= 3, middle, np.float32("nan"))).astype(np.float32)
+    mask = np.zeros((len(v), len(u)), np.uint8)
+    for ring, value in ((outline.exterior, 1), *((r, 0) for r in outline.interiors)):
+        uv = strip.to_uv(shapely.get_coordinates(ring)[:, :2])
+        corners = np.column_stack([(uv[:, 0] - u[0]) / cell, (uv[:, 1] - v[0]) / cell])
+        cv2.fillPoly(mask, [np.round(corners * 16).astype(np.int32)], value, lineType=cv2.LINE_8, shift=4)
+    return np.asarray(mask.T > 0)
 
 
 def _colours(raster: FrameRasters, col: Float32Array, row: Float32Array) -> Float32Array:
@@ -164,15 +145,14 @@ class Cells:
     colour: Float32Array
 
 
-def facade_cells(obliques: Sequence[FrameRasters], steep: bool = True) -> list[Cells]:
-    """Of each oblique local frame the cells that its ortho shows, in the world; only those on steep surfaces where asked."""
+def facade_cells(obliques: Sequence[FrameRasters]) -> list[Cells]:
+    """Of each oblique local frame the cells on steep surfaces that its ortho shows, in the world."""
     result = []
     for raster in obliques:
         if raster.ortho is None or raster.frame.name == "nadir":
             continue
         known = np.isfinite(raster.dsm) if raster.seen is None else np.isfinite(raster.dsm) & raster.seen
-        if steep:
-            known = known & _upright(raster)
+        known = known & _upright(raster)
         row, col = np.nonzero(known)
         grid = raster.grid
         x, y = grid.x_min + (col + 0.5) * grid.cell, grid.y_max - (row + 0.5) * grid.cell
