@@ -5,7 +5,7 @@ import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { CLASSES, STATUS, UNKNOWN, VERDICT, rgb, scaled } from './colours.js';
 import { byId } from './elements.js';
 import { creasesOf, disposed, edgesOf } from './highlight.js';
-import { CLASS, define, materialFor, PHOTOGRAPHS, UNIT } from './materials.js';
+import { CLASS, define, lighten, materialFor, PHOTOGRAPHS, UNIT } from './materials.js';
 import { TablesPlugin } from './metadata.js';
 import { trianglesOf } from './residuals.js';
 import { PageLoader, scaleFor, Sharpener } from './textures.js';
@@ -271,7 +271,10 @@ export class City {
     scene.traverse((object) => {
       if (object.isMesh) model.meshes.push(object);
     });
+    // it is attached to the others some time after it has come
+    scene.updateMatrixWorld(true);
     for (const mesh of model.meshes) {
+      lighten(mesh.geometry, new Matrix4().multiplyMatrices(this.tiles.group.matrixWorld, mesh.matrixWorld));
       if (partOf(mesh) === 'buildings') classify(mesh.geometry, tables.types);
       mesh.material = materialFor(mesh, { classColours: this.classColours, unitColours: model.colours });
     }

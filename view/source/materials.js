@@ -1,5 +1,5 @@
 // How faces are drawn. One shader with variants, so that photographs cost no more than in a viewer that can do nothing else.
-import { Color, ShaderMaterial } from 'three';
+import { BufferAttribute, Color, Matrix3, ShaderMaterial, Vector3 } from 'three';
 
 export const PHOTOGRAPHS = 0;
 export const CLASS = 1;
@@ -16,6 +16,7 @@ attribute float surfaceClass;
 #ifdef HAS_TRIPLETS
 attribute vec3 _uvd;
 #endif
+attribute float lit;
 uniform float selected;
 uniform float leftOut;
 uniform vec3 plain;
@@ -31,8 +32,7 @@ varying vec3 shade;
 #endif
 void main() {
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
-  vec3 up = normalize(mat3(modelMatrix) * normal);
-  float light = 0.42 + 0.62 * max(0.0, 0.25 + 0.75 * dot(up, normalize(vec3(-0.6, -0.45, 0.66))));
+  float light = 1.04 * lit;
   shade = vec3(1.0);
 #if MODE == 0
   #ifdef HAS_MAP
@@ -91,6 +91,23 @@ void main() {
   gl_FragColor = vec4(colour, 1.0);
   #include <colorspace_fragment>
 }`;
+
+const SUN = new Vector3(-0.6, -0.45, 0.66).normalize();
+
+/** Light on each vertex, as a share of the most, in place of its normal: reckoned once and not in each frame. `toPage` is the matrix from the mesh to the page's frame. */
+export function lighten(geometry, toPage) {
+  const { position, normal } = geometry.attributes;
+  const lit = new Uint8Array(position.count).fill(255);
+  if (normal) {
+    const { x, y, z } = SUN.clone().applyMatrix3(new Matrix3().setFromMatrix4(toPage).transpose());
+    for (let i = 0; i < lit.length; i += 1) {
+      const across = x * normal.getX(i) + y * normal.getY(i) + z * normal.getZ(i);
+      lit[i] = Math.round((255 * (0.42 + 0.62 * Math.max(0, 0.25 + 0.75 * across))) / 1.04);
+    }
+    geometry.deleteAttribute('normal');
+  }
+  geometry.setAttribute('lit', new BufferAttribute(lit, 1, true));
+}
 
 /** A material for a mesh of a tile, in the place of the loader's. */
 export function materialFor(mesh, shared) {
