@@ -19,11 +19,11 @@ from cityflow.surface.gridding import bridge_gaps, mirrored_beyond
 from cityflow.surface.ground_points import WORK_CELL_M, lowest_surface, refine, work_grid
 from cityflow.surface.rasterise import count_points
 from cityflow.surface.smooth_regions import smooth_regions
-from cityflow.surface.surveyed import closed
+from cityflow.surface.surveyed import SurveyedParameters, closed
 from cityflow.surface.terraces import TerraceRule, without_terraces
 
-GAP_M = 20.0
-"""Gaps narrower than twice this belong to the survey, metres: as in `surveyed`."""
+GAP_M = SurveyedParameters().reach_m
+"""Gaps narrower than twice this belong to the survey, metres."""
 LEAST_HEIGHT_M = 0.3
 """Lowest object, metres; set by hand on synthetic scenes, as are the next three."""
 MOST_HEIGHT_M = 2.5
