@@ -46,7 +46,7 @@ def test_links_lead_somewhere(page: Path) -> None:
     ("target", "leads"),
     [
         ("docs/orient.md#registration-to-a-survey", True),
-        ("#accuracy", True),
+        ("#limits", True),
         ("docs/orient.md#nowhere", False),
         ("#nowhere", False),
         ("docs/no.md", False),

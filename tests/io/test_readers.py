@@ -16,7 +16,7 @@ def test_the_page_on_formats_has_their_table() -> None:
     )
 
 
-def test_the_readme_names_each() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_the_recipe_of_a_flight_names_each() -> None:
+    text = (ROOT / "docs" / "howto.md").read_text(encoding="utf-8")
     line = f"Formats of orientations: {', '.join(f'`--{name}`' for name in READERS)} "
     assert line in text
