@@ -79,6 +79,9 @@ def test_what_is_measured_is_kept_until_it_is_asked_for_again(benchmarks: Path, 
     assert json.loads((out / "records" / "easy.json").read_text())["ours"] == "91 m"
     bench(out, ["easy"], benchmarks, True, QUIET)
     assert json.loads((out / "records" / "easy.json").read_text())["ours"] == "17 m"
+    history = [json.loads(line) for line in (out / "history.ndjson").read_text().splitlines()]
+    assert [(line["name"], line["ours"]) for line in history] == [("easy", "91 m"), ("easy", "17 m")]
+    assert "cores" in history[0]["machine"]
 
 
 def test_a_failed_row_is_measured_again(benchmarks: Path, tmp_path: Path) -> None:

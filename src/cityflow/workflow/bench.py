@@ -1,7 +1,8 @@
 """``cityflow bench``: the tables of the five papers beside ours, each row by a benchmark that is run here.
 
 What is run stands in ``benchmarks/papers.yaml``: preparations (surveys and runs that several rows use) and rows, each a command and where its output has the
-figures. Every finished row leaves a record, so what was stopped goes on where it was.
+figures. Every finished row leaves a record, so what was stopped goes on where it was, and a line in ``history.ndjson``, which keeps those of earlier
+states of the code.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from cityflow.errors import CityflowError
 from cityflow.flow.local_folder import LocalFolder
 from cityflow.io.given_files import read_small, yaml_of
 
-ROWS, RECORDS, LOGS, TABLE = "papers.yaml", "records", "logs", "papers.md"
+ROWS, RECORDS, LOGS, TABLE, HISTORY = "papers.yaml", "records", "logs", "papers.md", "history.ndjson"
 LIBRARIES = ("numpy", "scipy", "opencv-python-headless", "numba", "dask", "shapely", "pycolmap")
 LAST_WORDS = 200
 """Characters of a failed command's last line that its row shows."""
@@ -163,6 +164,9 @@ def bench(out: Path, only: Sequence[str], benchmarks: Path, again: bool, console
         )
         found = _measure(name, row, papers, store, benchmarks, code)
         store.write_bytes(_record(name), json.dumps(asdict(found), ensure_ascii=False, indent=1).encode())
+        before = store.read_bytes(HISTORY) if store.exists(HISTORY) else b""
+        line = json.dumps({**asdict(found), "machine": machine()}, ensure_ascii=False)
+        store.write_bytes(HISTORY, before + f"{line}\n".encode())
         store.write_bytes(TABLE, table(papers, store, code).encode())
         console.print(f"{name}: {found.ours or found.failed}", markup=False, highlight=False, soft_wrap=True)
     store.write_bytes(TABLE, table(papers, store, code).encode())

@@ -1,17 +1,18 @@
-"""What the monolithic method adds to the best set of methods: units of finished runs over synthetic towns, made again from the run's own points.
+"""Parts of the reconstruction off or swapped: units of finished runs over synthetic towns, made again from the run's own points.
 
-    cp -r RUN COPY; python benchmarks/monolithic_share.py COPY SURVEY [COPY SURVEY …]
+    cp -r RUN COPY; python benchmarks/ablations.py COPY SURVEY [COPY SURVEY …]
 
-Three choices, all by the same score: the default set, the same with `monolithic`, and the order of the paper (`workflows/frommholz_2017.yaml`). Judged by the
-true share of a unit's roof within 20 cm (``verdicts_run.py``). Outlines and surfaces are those of the run; nothing of it is changed.
+Judged by the true share of a unit's roof within 20 cm (``verdicts_run.py``). Outlines and surfaces are those of the run; nothing of it is changed.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import shapely
@@ -19,20 +20,23 @@ import shapely
 from cityflow.core.building import Polyhedron
 from cityflow.errors import RefusedUnit
 from cityflow.geometry.validity import check_polyhedron
-from cityflow.reconstruction.choose import ReconstructParameters, choose
+from cityflow.reconstruction.model import ModelParameters, model
 from cityflow.stages.reconstruct import UnitInputs
 from cityflow.stages.reconstruct.evidence import read_evidence
 from verdict_flights import tasks_of
 from verdicts_run import share_of, units_of
 
 BEST = ("orientation_histogram", "volumetric", "extruded")
-SETS = {
-    "default": BEST,
-    "with monolithic": (*BEST[:2], "monolithic", BEST[2]),
-    "order of the paper": ("monolithic",),
-    "volumetric alone": ("volumetric", "extruded"),
-    "orientation histogram alone": ("orientation_histogram", "extruded"),
+PARTS: dict[str, dict[str, Any]] = {
+    "default": {"methods": BEST},
+    "steps where points end": {"methods": BEST, "seen_steps": {"wanted": False}},
+    "with monolithic": {"methods": (*BEST[:2], "monolithic", BEST[2])},
+    "order of the paper": {"methods": ("monolithic",)},
+    "volumetric alone": {"methods": ("volumetric", "extruded")},
+    "orientation histogram alone": {"methods": ("orientation_histogram", "extruded")},
+    "blocks": {"methods": ("extruded",)},
 }
+"""What is measured → parameters that differ from those of the stage."""
 ENOUGH = 0.95
 """Share of a good model."""
 
@@ -56,6 +60,7 @@ def judge(run: str, truth: Path, tallies: dict[str, Tally]) -> None:
         except RefusedUnit:
             continue
     units = units_of(truth)
+    made = {name: ModelParameters.model_validate(changed) for name, changed in PARTS.items()}
     tree = shapely.STRtree([u.wall_outline for u in units])
     for number, evidence in enumerate(evidences):
         others = shapely.union_all([e.outline for k, e in enumerate(evidences) if k != number])
@@ -65,9 +70,9 @@ def judge(run: str, truth: Path, tallies: dict[str, Tally]) -> None:
             .is_empty
         ):
             continue
-        for name, methods in SETS.items():
+        for name, parameters in made.items():
             start = time.process_time()
-            found = choose(evidence, ReconstructParameters(methods=methods)).candidate
+            found = model(evidence, parameters).candidate
             solid, tally = found.solid, tallies[name]
             tally.seconds += time.process_time() - start
             tally.kept[found.method] += 1
@@ -85,17 +90,29 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="+", metavar="RUN SURVEY")
     given = parser.parse_args().runs
-    tallies = {name: Tally() for name in SETS}
+    tallies = {name: Tally() for name in PARTS}
     for run, truth in zip(given[::2], given[1::2], strict=True):
         judge(run, Path(truth), tallies)
     first = np.array(tallies["default"].shares)
+    heads = (
+        "what is changed",
+        "units",
+        "share within 20 cm, mean",
+        "right over 95 %",
+        "better, worse by 1 %",
+        "faces",
+        "invalid",
+        "s a unit",
+    )
+    print(f"\n| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     for name, t in tallies.items():
         s = np.array(t.shares)
+        better, worse = int((s > first + 0.01).sum()), int((s < first - 0.01).sum())
+        right, seconds = int((s >= ENOUGH).sum()), t.seconds / max(len(s), 1)
         print(
-            f"{name}: {len(s)} units, {t.invalid} invalid; share within 20 cm {s.mean():.3f} in the mean, {np.median(s):.3f} in the median,"
-            f" {100 * np.mean(s >= ENOUGH):.1f} % with {ENOUGH} of it; better by 1 % than the default {int((s > first + 0.01).sum())}, worse"
-            f" {int((s < first - 0.01).sum())}; faces {np.mean(t.faces):.1f}; kept {dict(t.kept)}; {t.seconds / max(len(s), 1):.2f} s a unit"
+            f"| {name} | {len(s)} | {s.mean():.3f} | {right} | {better}, {worse} | {np.mean(t.faces):.1f} | {t.invalid} | {seconds:.2f} |"
         )
+        print(f"{name}: kept {dict(t.kept)}", file=sys.stderr)
 
 
 if __name__ == "__main__":
