@@ -134,7 +134,6 @@ def compared(name: str, repeats: int, xatlas_ways: Sequence[bool]) -> tuple[list
     masks = [mask_of(s) for s in shapes]
     place(masks[:3])  # kernels are compiled or read from the cache
     rows = []
-    # one thread, as in a workflow; threads of `place` are for other programs, and tests hold that they change nothing
     trials = [ours(masks) for _ in range(repeats)]
     assert all(trial[1] == trials[0][1] for trial in trials)
     rows.append(min((trial[0] for trial in trials), key=lambda row: row.seconds))

@@ -15,6 +15,7 @@ from cityflow.viewer.report import write_report
 from cityflow.viewer.report_in_short import in_short, verdict
 from cityflow.viewer.report_rows import ProblemRow, ReportData, StageRow, UnitRow
 from cityflow.viewer.run_figures import report_figures
+from cityflow.viewer.texture_rows import SurfaceShare, TextureFigures
 
 EXPORTED = StageRow("export", 1, 1, 0, 0, 0, 1.0, 1.0, 1.0, 100.0)
 MATCHED = replace(EXPORTED, stage="match", units=40, done=40)
@@ -48,6 +49,33 @@ def test_a_run_that_went_well_asks_for_nothing() -> None:
     assert told["How good?"].startswith("Good: at least 95 % of the roof is expected")
     assert told["Where are problems?"].startswith("None: nothing failed, and every building is good.")
     assert told["What to do?"] == "Nothing: the products can be used as they are."
+
+
+@pytest.mark.parametrize(
+    ("facades", "first"),
+    [
+        (0.985, "Complete: pictures on 99 % of the roofs and 98 % of the façades, with pixels of 12"),
+        (0.7, "With gaps"),
+        (0.2, "Much is missing"),
+    ],
+)
+def test_textures_have_a_verdict_of_their_own(facades: float, first: str) -> None:
+    shares = (
+        SurfaceShare("roofs", 90.0, 0.99),
+        SurfaceShare("façades", 200.0, facades),
+        SurfaceShare("undersides", 9.0, 0.0),
+    )
+    figures = TextureFigures(1, 1, 9, shares, 0.12, 0.03, 40, 1, (), moved_images=2)
+    told = answers(run_of(good("u"), textures=figures))["How good are the textures?"]
+    assert told.startswith(first)
+    assert "3 % of that is seen by no image" in told
+    assert "2 photographs lay beside the models and were moved" in told
+
+
+def test_where_no_textures_are_made_none_are_judged_and_where_no_image_shows_anything_it_is_told() -> None:
+    assert "How good are the textures?" not in answers(run_of(good("u")))
+    none = TextureFigures(0, 1, 0, (), None, None, 0, 0, ())
+    assert answers(run_of(good("u"), textures=none))["How good are the textures?"].startswith("There are none")
 
 
 def test_failures_and_models_that_are_not_good_are_counted_and_sent_to_the_map() -> None:

@@ -12,6 +12,8 @@ from cityflow.viewer.environment import cm
 from cityflow.viewer.survey_in_short import what_was_surveyed
 
 GOOD_MEANS = "Good: at least 95 % of the roof is expected within 20 cm of the truth, judged by points that were held back from the fit. "
+COMPLETE, HALF, TOLD = 0.98, 0.5, 0.005
+"""Shares of roofs and façades from which textures are complete, or have gaps; a filled share below the last one is not told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +63,11 @@ def in_short(figures: Mapping[str, Any], run: str, unit_stage: str) -> list[Answ
     return [
         *([Answer("What was surveyed?", surveyed, "images")] if surveyed else []),
         Answer("How good?", _how_good(figures), "quality"),
+        *(
+            [Answer("How good are the textures?", textured, "textures")]
+            if (textured := _textures(figures["textures"]))
+            else []
+        ),
         Answer("Where are problems?", _problems(figures, unit_stage), "todo"),
         Answer("What to do?", _to_do(figures, run), "todo"),
     ]
@@ -85,6 +92,26 @@ def _how_good(figures: Mapping[str, Any]) -> str:
         if known
         else ""
     )
+
+
+def _textures(textures: Mapping[str, Any] | None) -> str:
+    """A verdict on the textures, and what it goes by; empty where none are made."""
+    if textures is None or not textures["asked"]:
+        return ""
+    shares = {s["kind"]: s["textured"] for s in textures["shares"] if s["kind"] != "undersides"}
+    least = min(shares.values(), default=0.0)
+    if textures["gsd_m"] is None or not shares:
+        return "There are none: no image shows a roof or a façade well enough."
+    first = "Complete" if least >= COMPLETE else "With gaps" if least >= HALF else "Much is missing"
+    seen = _listed([f"{share:.0%} of the {kind}" for kind, share in shares.items()]).replace("%", " %")
+    parts = [f"{first}: pictures on {seen}, with pixels of {cm(textures['gsd_m'])} in the median"]
+    if textures["interpolated"] >= TOLD:
+        parts.append(f"{100 * textures['interpolated']:.0f} % of that is seen by no image and filled in from around")
+    if n := textures["moved_images"]:
+        parts.append(
+            f"{n:,} {'photograph' if n == 1 else 'photographs'} lay beside the models and {'was' if n == 1 else 'were'} moved"
+        )
+    return f"{'; '.join(parts)}. Whether something stands before a wall is not checked."
 
 
 def _problems(figures: Mapping[str, Any], unit_stage: str) -> str:

@@ -1,4 +1,4 @@
-"""Pixel sets on pages: none may ever meet, whatever their shape, number, page and threads."""
+"""Pixel sets on pages: none may ever meet, whatever their shape, number and page."""
 
 from __future__ import annotations
 
@@ -11,9 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cityflow.core.arrays import BoolArray, IntArray
-from cityflow.texture.placement.layout import TURN, Bounds, filled
-from cityflow.texture.placement.parallel_search import filled_by_threads
-from cityflow.texture.placement.pixel_runs import patches_of
 from cityflow.texture.placement.place import PatchEmpty, PatchTooLarge, Placement, PlacementParameters, Spot, place
 
 SMALL = PlacementParameters(page_px=256, first_px=16, effort=0.0)
@@ -33,9 +30,9 @@ def painted(masks: list[BoolArray], placement: Placement) -> list[IntArray]:
     return pages
 
 
-def placed(masks: list[BoolArray], parameters: PlacementParameters = SMALL, threads: int = 1) -> Placement:
+def placed(masks: list[BoolArray], parameters: PlacementParameters = SMALL) -> Placement:
     """A placement without a pixel of two patches, on pages of powers of two."""
-    placement = place(masks, parameters, threads=threads)
+    placement = place(masks, parameters)
     pages = painted(masks, placement)
     for page in pages:
         assert page.max() == 1
@@ -90,22 +87,6 @@ def test_that_walls_of_all_sizes_take_most_of_the_rectangle(seed: int) -> None:
     placement = placed(masks, PlacementParameters())
     assert len(placement.pages) == 1
     assert efficiency(masks, placement) >= 0.80
-
-
-def test_that_any_number_of_threads_gives_the_same() -> None:
-    masks = drawn_walls(120, 5)
-    one = placed(masks, PlacementParameters())
-    assert placed(masks, PlacementParameters(), threads=2) == one
-    assert placed(masks, PlacementParameters(), threads=5) == one
-
-
-@pytest.mark.parametrize("threads", [2, 3])
-def test_that_the_search_by_segments_is_the_search_by_one(threads: int) -> None:
-    patches = patches_of(drawn_walls(150, 6))
-    order, bounds = np.argsort(-patches.pixels, kind="stable"), Bounds(400, 64, 512)
-    one = filled(patches, order, bounds)
-    assert (one[:, TURN] < 0).any(), "some must be left over for the test to say something about them"
-    np.testing.assert_array_equal(filled_by_threads(patches, order, bounds, threads), one)
 
 
 def test_that_no_patches_need_no_page() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Self
 
@@ -14,7 +13,6 @@ from cityflow.core.arrays import BoolArray, IntArray
 from cityflow.core.parameters import Parameters
 from cityflow.errors import CityflowError
 from cityflow.texture.placement.layout import COL, NOWHERE, ROW, TURN, filled
-from cityflow.texture.placement.parallel_search import filled_by_threads
 from cityflow.texture.placement.pixel_runs import TURNS, Patches, patches_of
 from cityflow.texture.placement.trials import Edges, Trial, power_of_two, trials
 
@@ -80,14 +78,13 @@ class Placement:
     pages: tuple[tuple[int, int], ...]
 
 
-def place(masks: Sequence[BoolArray], parameters: PlacementParameters | None = None, *, threads: int = 1) -> Placement:
+def place(masks: Sequence[BoolArray], parameters: PlacementParameters | None = None) -> Placement:
     """Place pixel sets so that none overlap, turned by quarters only, on as few and small pages as are found.
 
     Parameters
     ----------
     masks : boolean (rows, cols) each, padding included; a pixel that is False may be another patch's. Empty outer rows and columns are
         allowed, but stay within the page like the rest.
-    threads : of this process that share the search; the result is the same for any number.
 
     Raises
     ------
@@ -104,7 +101,7 @@ def place(masks: Sequence[BoolArray], parameters: PlacementParameters | None = N
     pages: list[tuple[int, int]] = []
     left = np.arange(len(patches.pixels))
     while len(left):
-        found = _best_page(patches, trials(patches, left, edges, parameters.effort), edges, threads)
+        found = _best_page(patches, trials(patches, left, edges, parameters.effort), edges)
         there = left[found[left, TURN] != NOWHERE]
         for patch in there.tolist():
             row, col, turn = found[patch].tolist()
@@ -127,13 +124,9 @@ def _refuse_what_cannot_be_placed(masks: Sequence[BoolArray], parameters: Placem
             )
 
 
-def _best_page(patches: Patches, tried: Sequence[Trial], edges: Edges, threads: int) -> IntArray:
+def _best_page(patches: Patches, tried: Sequence[Trial], edges: Edges) -> IntArray:
     """The layout that leaves out least, then that of the smallest page, then the one within the smallest rectangle."""
-    if len(tried) == 1 and threads > 1:
-        return filled_by_threads(patches, *tried[0], threads)
-    with ThreadPoolExecutor(threads) as pool:
-        layouts = list(pool.map(lambda trial: filled(patches, *trial), tried))
-    return min(layouts, key=lambda spots: _cost(patches, spots, edges))
+    return min((filled(patches, *trial) for trial in tried), key=lambda spots: _cost(patches, spots, edges))
 
 
 def _cost(patches: Patches, spots: IntArray, edges: Edges) -> tuple[int, int, int]:
