@@ -229,9 +229,9 @@ def area_of(unit: Unit, units: Sequence[Unit]) -> shapely.Geometry:
     return shapely.union(shapely.difference(area, shapely.union_all(others)), unit.wall_outline)
 
 
-def of_points(seed: int, level: int, size: int, names: Sequence[str], tallies: dict[str, Tally]) -> None:
+def of_points(seed: int, of: TownParameters, names: Sequence[str], tallies: dict[str, Tally]) -> None:
     """Every method on each unit with discontinuities of a town."""
-    town = make_town(seed, TownParameters(width_m=size, height_m=size, level=level, relief=0.2))
+    town = make_town(seed, of)
     views = Views(town)
     for unit in town.units:
         if not unit.breaks:
@@ -261,6 +261,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=[41])
     parser.add_argument("--level", type=int, default=2)
+    parser.add_argument("--eaves", type=float, default=0.0, help="`town.eaves`")
     parser.add_argument("--size", type=int, default=250)
     parser.add_argument("--methods", nargs="+", default=["choose", "volumetric"])
     parser.add_argument("--run", type=Path)
@@ -273,7 +274,8 @@ def main() -> None:
     if asked.run is not None:
         of_run(asked.run, asked.survey, asked.around, tallies["run"])
     for seed in asked.seeds if asked.run is None else ():
-        of_points(seed, asked.level, asked.size, asked.methods, tallies)
+        of = TownParameters(width_m=asked.size, height_m=asked.size, level=asked.level, eaves=asked.eaves, relief=0.2)
+        of_points(seed, of, asked.methods, tallies)
     for name, tally in tallies.items():
         if tally.units:
             tally.report(name)

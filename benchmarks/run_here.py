@@ -10,7 +10,7 @@ import resource
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -55,9 +55,15 @@ class RunCost:
 
 
 def run_here(
-    workflow: Path, catalog: str, out: Path, settings: Sequence[str], aoi: str, times: StepTimes
+    workflow: Path,
+    catalog: str,
+    out: Path,
+    settings: Sequence[str],
+    aoi: str,
+    times: StepTimes,
+    only: Collection[str] = (),
 ) -> tuple[Prepared, RunCost]:
-    """Run everything; the RUN must be a new one."""
+    """Run everything, or the tasks of some stages and no others; the RUN must be a new one."""
     wanted = prepared(workflow, catalog, str(out), settings, aoi)
     check_run(wanted)
     begun, driver = time.perf_counter(), -time.process_time()
@@ -69,6 +75,8 @@ def run_here(
     counts: Counter[str] = Counter()
     while ready:
         task = ready.pop()
+        if only and task.stage not in only:
+            continue
         cost = stages.setdefault(task.stage, StageCost())
         record = _run_task(wanted.store, task, cost, times)
         driver -= time.process_time()

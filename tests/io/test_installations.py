@@ -91,3 +91,21 @@ def test_obj_and_gltf_show_its_faces_without_a_texture(balcony: Building, amersf
     assert len(after.rows) == len(before.rows) + 2
     assert after.page[-2:].tolist() == [UNTEXTURED, UNTEXTURED]
     assert len(surfaces_of([balcony], BARE, Lod.LOD12).rows) == len(surfaces_of([bare], BARE, Lod.LOD12).rows)
+
+
+def test_a_dormer_is_drawn_by_its_solid_alone_and_has_no_code(balcony: Building, amersfoort: Reference) -> None:
+    dormer = replace(balcony, installations=(replace(balcony.installations[0], kind="dormer"),))
+    bare = replace(balcony, installations=())
+    files = [write_obj("a", [b], amersfoort, Transform.over(b.footprint.bounds))["a.obj"] for b in (bare, dormer)]
+    assert files[0] == files[1]
+    assert surfaces_of([bare], BARE, Lod.LOD22).rows == surfaces_of([dormer], BARE, Lod.LOD22).rows
+    (back,) = read_feature(feature_line(dormer)).installations
+    assert back.kind == "dormer"
+    buffer = io.BytesIO()
+    write_citygml(buffer, [dormer], amersfoort)
+    document = etree.fromstring(buffer.getvalue())
+    schema = citygml_schema()
+    assert schema.validate(document), schema.error_log
+    (function,) = document.iterfind(".//{*}BuildingInstallation/{*}function")
+    assert function.text == "dormer"
+    assert function.get("codeSpace") is None

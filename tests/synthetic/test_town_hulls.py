@@ -50,6 +50,29 @@ def test_each_level_has_its_kinds() -> None:
     assert kinds[2] == kinds[3] == kinds[1] | {"bay", "balcony", "loggia", "canopy"}
 
 
+def test_eaves_stand_over_terraces_and_change_nothing_else() -> None:
+    plain, with_eaves = (
+        make_town(3, TownParameters(width_m=200, height_m=200, level=2, eaves=eaves)).units for eaves in (0.0, 1.0)
+    )
+    out = 0
+    for before, after in zip(plain, with_eaves, strict=True):
+        assert before.wall_outline.equals(after.wall_outline)
+        assert [(v.ring, v.bottom, v.kind) for v in before.volumes] == [
+            (v.ring, v.bottom, v.kind) for v in after.volumes
+        ]
+        for was, now in zip(before.volumes, after.volumes, strict=True):
+            if was == now:
+                continue
+            (face,) = now.faces
+            beyond = shapely.Polygon(face.ring).difference(shapely.Polygon(now.ring))
+            below = [shapely.Polygon(v.ring) for v in after.volumes if v.kind in HULL_KINDS and v is not now]
+            assert face.height == was.faces[0].height
+            assert beyond.difference(shapely.union_all(below)).area < 1e-6
+            assert beyond.area > 1.0
+            out += 1
+    assert out > 0
+
+
 def test_the_surfaces_of_a_hull_close_and_hold_its_volume(broken: list[Unit]) -> None:
     for unit in broken:
         hull = UnitHull(unit)

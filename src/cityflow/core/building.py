@@ -214,18 +214,23 @@ class EdgeOverhang:
 
 @dataclass(frozen=True, slots=True)
 class Installation:
-    """Something fixed to a unit from outside that is no part of its solid.
+    """Something fixed to a unit from outside.
 
     Attributes
     ----------
-    kind : ``balcony``
+    kind : ``balcony``, no part of the unit's solid, or ``dormer``, whose faces are the solid's
     surfaces : an open polyhedron, its faces seen from outside; a side that nothing shows is missing
-    points : number of points of its front
+    points : number of points of its front, or of its roof
     """
 
     kind: str
     surfaces: Polyhedron
     points: int
+
+    @property
+    def is_of_solid(self) -> bool:
+        """Whether the solid shows it already."""
+        return self.kind == "dormer"
 
 
 @dataclass(frozen=True, slots=True)

@@ -81,7 +81,7 @@ def overhang_errors(walls: Polygon, roof: Polygon, overhangs: Sequence[EdgeOverh
     true, found = [], []
     for start, end in wall_edges(walls):
         true.append(true_overhang(start, end, roof))
-        found.append(_found(start, end, overhangs, STATED_SHARE if true[-1] > NONE_M else BARE_SHARE))
+        found.append(found_overhang(start, end, overhangs, STATED_SHARE if true[-1] > NONE_M else BARE_SHARE))
     t, f = np.array(true, np.float64), np.array(found, np.float64)
     has = t > NONE_M
     return OverhangErrors(t[has], f[has], f[~has])
@@ -118,7 +118,7 @@ def _first_piece(beyond: shapely.Geometry, foot: FloatArray) -> float:
     return 0.0
 
 
-def _found(start: FloatArray, end: FloatArray, overhangs: Sequence[EdgeOverhang], least_share: float) -> float:
+def found_overhang(start: FloatArray, end: FloatArray, overhangs: Sequence[EdgeOverhang], least_share: float) -> float:
     """Mean reach of the model's overhangs beside an edge, by the length that they have in common; 0 where that is too short a part of it."""
     length = float(np.hypot(*(end - start)))
     along = (end - start) / length

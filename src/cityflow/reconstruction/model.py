@@ -12,10 +12,12 @@ from cityflow.reconstruction.choose import LAST_RESORT, NUMERICAL_TROUBLE, Choic
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
 from cityflow.reconstruction.overhangs.rim_search import find_overhangs
+from cityflow.reconstruction.overhangs.step_eaves import with_step_eaves, with_step_walls
 from cityflow.reconstruction.precision import with_precision
 from cityflow.reconstruction.seen_steps.with_seen_steps import SeenStepParameters, with_seen_steps
 from cityflow.reconstruction.solids.levels import BlockLevels, LevelParameters
 from cityflow.reconstruction.verdicts.held_back import HeldBackParameters
+from cityflow.reconstruction.voids.dormer_installations import find_dormers
 from cityflow.reconstruction.voids.with_voids import VoidParameters, with_voids
 
 
@@ -43,6 +45,7 @@ def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
         best = _with_eaves(best, evidence, parameters.overhangs)
     if best.method != LAST_RESORT:
         best = _with_voids(best, evidence, parameters.voids)
+        best = _with_dormers(best, evidence)
     unseen = best.notes.get("unseen_share")
     if choice.status is Status.DONE and isinstance(unseen, float) and unseen > parameters.max_unseen:
         reason = f"{100 * unseen:.0f} % of the roof has no points: the planes around are extended over it"
@@ -70,8 +73,9 @@ def _with_steps(best: Candidate, evidence: Evidence, parameters: SeenStepParamet
 def _with_eaves(best: Candidate, evidence: Evidence, parameters: OverhangParameters) -> Candidate:
     """The candidate with what of its roof lies beyond the walls; without, and with the reason, where that comes to nothing."""
     try:
+        best = with_step_walls(best, evidence, parameters)
         found = find_overhangs(evidence, best, parameters)
-        extended = with_overhangs(best, found, evidence, parameters)
+        extended = with_step_eaves(with_overhangs(best, found, evidence, parameters), best.solid, evidence, parameters)
     except NUMERICAL_TROUBLE as error:
         return replace(best, notes={**best.notes, "overhang_reason": f"{type(error).__name__}: {error}"})
     return replace(extended, solid=best.solid)
@@ -83,3 +87,11 @@ def _with_voids(best: Candidate, evidence: Evidence, parameters: VoidParameters)
         return with_voids(best, evidence, parameters)
     except NUMERICAL_TROUBLE as error:
         return replace(best, notes={**best.notes, "void_reason": f"{type(error).__name__}: {error}"})
+
+
+def _with_dormers(best: Candidate, evidence: Evidence) -> Candidate:
+    """The candidate with the dormers of its solid as installations."""
+    found = () if best.solid is None else find_dormers(best.solid, evidence.points)
+    if not found:
+        return best
+    return replace(best, installations=(*best.installations, *found), notes={**best.notes, "dormers": len(found)})

@@ -21,7 +21,7 @@ CONDITIONS: dict[str, Mapping[str, Any]] = {
     # the standard scene: discontinuities, through a lens that is known, with the errors of "spoiled"
     "standard": {
         **_PICTURES,
-        "town": {"level": 2},
+        "town": {"level": 2, "eaves": 0.5},
         "flight": {"distortion": [-0.06, 0.05, 2e-4, -3e-4], "principal_px": [6.0, -4.0]},
         "given": {"position_m": 0.02, "angle_px": 0.4},
     },

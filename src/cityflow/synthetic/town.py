@@ -46,6 +46,10 @@ class TownParameters(Parameters):
         description="discontinuities of buildings (set-backs, arcades, passages, towers on slabs): 0: none but heights; 1: few and large; "
         "2: with courts, stilts, bay windows, loggias, balconies, canopies; 3: shallow ones too, turned, trees against the walls",
     )  # fmt: skip
+    eaves: float = Field(
+        0.0, ge=0, le=1,
+        description="of buildings whose highest floors stand back, the share whose roof stands out over the terrace; with a level from 1",
+    )  # fmt: skip
     park_share: float = Field(0.06, ge=0, le=1, description="share of street blocks that are parks")
     street_tree_share: float = Field(0.4, ge=0, le=1, description="share of pavements with a row of trees")
     car_share: float = Field(0.3, ge=0, le=1, description="share of parking places at the kerbs that are taken")
@@ -153,7 +157,7 @@ def make_town(seed: int, parameters: TownParameters | None = None) -> Town:
     p = parameters or TownParameters()
     bounds, terrain = p.bounds, town_terrain(seed, p)
     net = make_net(np.random.default_rng([seed, 2]), bounds)
-    blocks = fill_blocks(seed, net, bounds, p.park_share, p.row_gaps, p.level)
+    blocks = fill_blocks(seed, net, bounds, p.park_share, p.row_gaps, p.level, p.eaves)
     units, gaps = build_units(blocks, net, terrain, bounds)
     ground = Ground.of(terrain, net, blocks)
     trees = plant_trees(seed, blocks, units, net, terrain, bounds, p.street_tree_share)

@@ -9,13 +9,15 @@ import numpy as np
 from cityflow.synthetic import roofs
 from cityflow.synthetic.town_drafts import BreakDraft, Style, UnitDraft, draw_style
 from cityflow.synthetic.town_levels import Level
-from cityflow.synthetic.town_masses import IN_GROUND_M, Box, box_volume, carved
+from cityflow.synthetic.town_masses import IN_GROUND_M, Box, box_volume, carved, with_eaves
 from cityflow.synthetic.town_shapes import Volume
 
 STOREY_M = (3.1, 3.6)
 """From floor to floor; the clear height of arcades, passages and stilts."""
 OPEN_FALL_M = 1.2
 """Most fall of the terrain under buildings that are open below."""
+EAVE_M = (0.3, 0.8)
+"""How far the roof of the highest floors stands out over terraces."""
 GROUND = IN_GROUND_M - 1.0
 """Where voids and posts begin that reach into the ground, above the base."""
 
@@ -65,7 +67,13 @@ class Building:
         self.breaks.append(BreakDraft(kind, a, b, box.v_0 - box.v_1, box.low, box.high, box.low, storey))
 
     def draft(self, shape: str, roof: tuple[Volume, ...] = (), fall_m: float = OPEN_FALL_M) -> UnitDraft:
-        volumes = (*carved(self.mass, self.voids), *roof, *self.more)
+        masses = carved(self.mass, self.voids)
+        if self.level.eaves:
+            # a stream of its own: buildings are otherwise as without eaves
+            rng = self.rng.spawn(1)[0]
+            if rng.random() < self.level.eaves:
+                masses = with_eaves(masses, self.mass, between(rng, EAVE_M))
+        volumes = (*masses, *roof, *self.more)
         return UnitDraft(shape, volumes, self.style, breaks=tuple(self.breaks), most_fall_m=fall_m)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -92,7 +92,13 @@ class PlacedBlock:
 
 
 def fill_blocks(
-    seed: int, net: StreetNet, bounds: Bounds, park_share: float, gaps: RowGaps | None = None, level: int = 0
+    seed: int,
+    net: StreetNet,
+    bounds: Bounds,
+    park_share: float,
+    gaps: RowGaps | None = None,
+    level: int = 0,
+    eaves: float = 0.0,
 ) -> list[PlacedBlock]:
     """What stands in each block that meets the bounds, row after row; with a `level`, most whole blocks have buildings with discontinuities."""
     cells = [(i, j) for j in range(len(net.v.start)) for i in range(len(net.u.start))]
@@ -110,7 +116,11 @@ def fill_blocks(
             size = float(net.u.end[i] - net.u.start[i]), float(net.v.end[j] - net.v.start[j])
             rng, extent = np.random.default_rng([seed, 12, i, j]), (round(size[0], 2), round(size[1], 2))
             mixed = kinds[k] == "mixed"
-            draft = mixed_block(rng, extent, LEVELS[level]) if mixed else _drafted(str(kinds[k]), rng, extent, gaps)
+            draft = (
+                mixed_block(rng, extent, replace(LEVELS[level], eaves=eaves))
+                if mixed
+                else _drafted(str(kinds[k]), rng, extent, gaps)
+            )
             blocks.append(PlacedBlock(i, j, float(net.u.start[i]), float(net.v.start[j]), draft))
     return blocks
 

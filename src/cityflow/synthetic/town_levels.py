@@ -18,6 +18,7 @@ class Level:
     turn_rad : units stand off the direction of the street by at most this
     wall_trees : trees for each unit that stand against its walls
     common_share : share of whole blocks that are as in a town without discontinuities
+    eaves : chance that the roof of the highest floors stands out over the terraces before them
     """
 
     set_back_m: tuple[float, float]
@@ -26,6 +27,7 @@ class Level:
     turn_rad: float
     wall_trees: float
     common_share: float
+    eaves: float = 0.0
 
 
 LEVELS: dict[int, Level] = {

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.synthetic.roofs import MAIN, PARAPET, LocalFace, rectangle
-from cityflow.synthetic.town_shapes import Volume
+from cityflow.synthetic.town_shapes import SLAB_M, Volume
 
 IN_GROUND_M = -1.0
 """Voids and boxes that begin at or below this height begin in the ground."""
@@ -64,6 +65,19 @@ def _boxes(solid: BoolArray, cuts: Sequence[FloatArray]) -> list[Box]:
             Box(float(u[i]), float(v[j]), float(z[k]), float(u[i_1]), float(v[j_1]), float(z[k_1]))
         )  # fmt: skip
     return boxes
+
+
+def with_eaves(volumes: Sequence[Volume], mass: Box, reach: float) -> list[Volume]:
+    """The boxes of a block; where one of them alone is the highest, its roof stands out on each side beyond which the block goes on below."""
+    highest = [v for v in volumes if v.faces[0].height == mass.high]
+    if len(highest) != 1:
+        return list(volumes)
+    (u_0, v_0), (u_1, v_1) = highest[0].ring[0], highest[0].ring[2]
+    ring = rectangle(
+        u_0 - reach * (u_0 > mass.u_0), v_0 - reach * (v_0 > mass.v_0), u_1 + reach * (u_1 < mass.u_1), v_1 + reach * (v_1 < mass.v_1)
+    )  # fmt: skip
+    out = replace(highest[0], faces=(LocalFace(ring, 0, 0, mass.high),), slab_m=SLAB_M)
+    return [out if v is highest[0] else v for v in volumes]
 
 
 def parapet(box: Box, sides: str) -> list[Volume]:

@@ -11,7 +11,7 @@ from cityflow.io.city_models.roof_plane_attributes import counted_points
 
 FUNCTIONS = "https://www.sig3d.org/codelists/citygml/2.0/building/2.0/BuildingInstallation_function.xml"
 CODES = {"balcony": "1000"}
-"""Codes of that list."""
+"""Codes of that list; it has none for dormers."""
 
 
 def installations_xml(building: Building) -> Iterator[str]:
@@ -21,10 +21,16 @@ def installations_xml(building: Building) -> Iterator[str]:
         links = "".join(f'<gml:surfaceMember xlink:href="#{name}-{k}"/>' for k in range(len(one.surfaces.faces)))
         yield (
             f'<bldg:outerBuildingInstallation><bldg:BuildingInstallation gml:id="{name}">\n'
-            f'{generic_xml({"points": one.points})}<bldg:function codeSpace="{FUNCTIONS}">{CODES[one.kind]}</bldg:function>\n'
+            f"{generic_xml({'points': one.points})}{_function(one.kind)}\n"
             f"<bldg:lod3Geometry><gml:MultiSurface>{links}</gml:MultiSurface></bldg:lod3Geometry>\n"
             f"{''.join(_surfaces(one, name))}</bldg:BuildingInstallation></bldg:outerBuildingInstallation>\n"
         )
+
+
+def _function(kind: str) -> str:
+    if kind not in CODES:
+        return f"<bldg:function>{kind}</bldg:function>"
+    return f'<bldg:function codeSpace="{FUNCTIONS}">{CODES[kind]}</bldg:function>'
 
 
 def _surfaces(one: Installation, name: str) -> Iterator[str]:

@@ -113,6 +113,8 @@ def _shells(
         if lod is Lod.LOD22 and building.beyond is not None:
             yield number, "beyond", building.beyond, appearance.of(building)
         for one in building.installations if lod is Lod.LOD22 else ():
+            if one.is_of_solid:
+                continue
             yield number, "installation", one.surfaces, BARE.of(building)
 
 

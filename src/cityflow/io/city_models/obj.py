@@ -99,7 +99,9 @@ class _Scene:
         parts: list[tuple[Shell, Polyhedron]] = [("solid", building.solids[lod])]
         if lod is Lod.LOD22 and building.beyond is not None:
             parts.append(("beyond", building.beyond))
-        parts += [("installation", one.surfaces) for one in building.installations if lod is Lod.LOD22]
+        parts += [
+            ("installation", one.surfaces) for one in building.installations if lod is Lod.LOD22 and not one.is_of_solid
+        ]
         for shell, polyhedron in parts:
             looks = looks_of(texture, shell) if lod is Lod.LOD22 else {}
             rows = self._add_faces(polyhedron, looks)
