@@ -29,7 +29,7 @@ from reconstruction.seen_steps import test_with_seen_steps as scene
 from split_lidar import evidence_of, picture, town_of
 
 mpl.use("Agg")
-TOWN, TOWN_M = 1, 120.0
+TOWN, TOWN_M = 1, 160.0
 KINDS = ("arcade", "stilts", "passage")
 LOW_DEG, ASIDE_DEG, AROUND_M, SIZE_PX = 8.0, 30.0, 6.0, 620
 ROWS = 11
