@@ -21,11 +21,10 @@ from cityflow.evaluation.unit_borders import borders_of
 from cityflow.io.points.las import read_points
 from cityflow.splitting import split as splitting
 from cityflow.splitting.borders.border_model import LEAST_STATIONS, row_ends
-from cityflow.splitting.borders.station_features import StationTable
+from cityflow.splitting.borders.station_features import StationTable, station_table
 from cityflow.splitting.cuts.cuts import free_ends
-from cityflow.splitting.lidar.lidar_cuts import lidar_table
 from cityflow.splitting.strips.axis_strips import AxisStrip
-from cityflow.splitting.strips.slices import SegmentPoints
+from cityflow.splitting.strips.strip_evidence import StripEvidence
 from cityflow.synthetic.town_lidar import TownLidarParameters
 from lidar_rows import row_town
 from lidar_streets import street_drafts
@@ -62,28 +61,28 @@ class KnownRow:
     weight: float = 1.0
 
 
-def strips_within(evidence: SplitEvidence) -> list[tuple[AxisStrip, Polygon, SplitEvidence, SegmentPoints]]:
-    """Every strip that splitting looks at when it finds no border."""
-    seen: list[tuple[AxisStrip, Polygon, SplitEvidence, SegmentPoints]] = []
+def strips_within(evidence: SplitEvidence) -> list[tuple[StripEvidence, Polygon]]:
+    """Every strip that splitting looks at when it finds no border, and the part of the outline that it lies in."""
+    looked: list[tuple[StripEvidence, Polygon]] = []
 
-    def look(strip: AxisStrip, part: Polygon, given: SplitEvidence, points: SegmentPoints, *_: object) -> list[object]:
-        seen.append((strip, part, given, points))
+    def look(seen: StripEvidence, part: Polygon, _: float) -> list[object]:
+        looked.append((seen, part))
         return []
 
-    with patch.object(splitting, "_of_strip", look):
+    with patch.object(splitting, "possible_borders", look):
         splitting.split(evidence, splitting.SplitParameters())
-    return seen
+    return looked
 
 
 def known_rows(block: int, evidence: SplitEvidence, lines: Sequence[LineString]) -> list[KnownRow]:
     """The strips of an outline that are long enough for the model, with the true borders across each."""
     rows = []
-    for strip, part, given, points in strips_within(evidence):
-        table = lidar_table(strip, part, given, points).table
+    for seen, part in strips_within(evidence):
+        table = station_table(seen.strip, seen.roof, seen.marks, seen.slices)
         if len(table.u) >= LEAST_STATIONS:
-            borders = borders_across(strip, lines)
+            borders = borders_across(seen.strip, lines)
             group, groups = _groups(table.u, borders)
-            ends = row_ends(strip, table.u, free_ends(strip, part))
+            ends = row_ends(seen.strip, table.u, free_ends(seen.strip, part))
             rows.append(KnownRow(block, table, ends, borders, group, groups))
     return rows
 

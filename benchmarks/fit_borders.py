@@ -35,9 +35,9 @@ from cityflow.splitting.borders.border_model import (
     width_parts,
 )
 from cityflow.splitting.borders.border_weights import LIDAR, PICTURES, Weights
+from cityflow.splitting.borders.possible_borders import borders_of_row
 from cityflow.splitting.borders.row_choice import ANY, Row, choose
 from cityflow.splitting.borders.station_features import FEATURES
-from cityflow.splitting.lidar.lidar_cuts import borders_of_row
 
 FITTED = ((151, 8), (152, 12), (153, 5), (154, 10), (155, 15), (156, 7))
 PLAIN = ((104, 8), (106, 5))

@@ -26,8 +26,6 @@ from cityflow.splitting.borders.picture_features import picture_table
 from cityflow.splitting.borders.place_evidence import places_of
 from cityflow.splitting.borders.station_features import FEATURES, STATION_M, StationTable
 from cityflow.splitting.cuts.cuts import free_ends, proposals, reach
-from cityflow.splitting.strips.strip_evidence import look_at_strip
-from cityflow.splitting.strips.strip_rasters import facade_cells
 from drawn_town import drawn_town, true_borders
 from scenes import drawn_farms
 from scenes.drawn_evidence import split_evidence
@@ -58,9 +56,8 @@ WALLS: Sequence[Colour] = ((214, 200, 172), (240, 236, 230), (140, 90, 74), (186
 def rows_of(block: int, evidence: SplitEvidence, lines: Sequence[LineString]) -> list[KnownRow]:
     """The strips of an outline, with the true borders across each."""
     rows = []
-    cells = facade_cells(evidence.frames[1:])
-    for strip, part, shown, points in strips_within(evidence):
-        seen, free = look_at_strip(strip, part, shown, points, cells), free_ends(strip, part)
+    for seen, part in strips_within(evidence):
+        strip, free = seen.strip, free_ends(seen.strip, part)
         u = np.array(proposals(seen, free))
         values = picture_table(*places_of(seen, part, u.tolist(), reach(strip, free)), strip, free)
         borders = borders_across(strip, lines)

@@ -23,7 +23,7 @@ from cityflow.core.grid import grown
 from cityflow.core.splitting import SplitEvidence, Splitting
 from cityflow.evaluation.unit_accuracy import FoundUnits, UnitsAccuracy, UnitsParameters, compare_units
 from cityflow.evaluation.unit_borders import Border
-from cityflow.splitting.lidar.lidar_surface import lidar_raster
+from cityflow.splitting.lidar_surface import lidar_raster
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.synthetic.town_lidar import TownLidarParameters
 from lidar_rows import Row, RowTown, ground_under, row_town

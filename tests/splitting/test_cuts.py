@@ -7,10 +7,10 @@ import pytest
 import shapely
 from shapely import LineString, Polygon, box
 
+from cityflow.splitting.borders.border_position import edge_position
 from cityflow.splitting.cuts.cut_chords import line_at, off_corners
-from cityflow.splitting.cuts.cut_places import edge_position
 from cityflow.splitting.cuts.cuts import maxima
-from cityflow.splitting.scores.running_median import block_medians, windowed_medians
+from cityflow.splitting.scores.medians import block_medians
 from cityflow.splitting.strips.axis_strips import axis_strips
 
 
@@ -72,14 +72,6 @@ def test_ends_on_corners_move_onto_a_wall() -> None:
     start = shapely.get_coordinates(moved)[0]
     assert outline.boundary.distance(shapely.Point(start)) < 1e-9
     assert np.hypot(*(start - [12, 1])) == pytest.approx(0.01)
-
-
-def test_windowed_medians_are_numpy_s() -> None:
-    levels = np.random.default_rng(1).integers(0, 255, (40, 30)).astype(np.float32)
-    levels[5:9, 3:20] = np.nan
-    found = windowed_medians(levels, 8, 6)
-    for k in (8, 20, 40):
-        assert found[k] == pytest.approx(np.nanmedian(levels[k - 8 : k]), abs=1.5)
 
 
 def test_block_medians_are_numpy_s() -> None:

@@ -10,14 +10,16 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import grown
 from cityflow.core.points import PointCloud
 from cityflow.core.splitting import SplitEvidence
-from cityflow.splitting.lidar.lidar_surface import lidar_raster
+from cityflow.splitting.lidar_surface import lidar_raster
 from cityflow.splitting.split import SplitParameters, split
 
 WIDTH_M, COUNT, DEPTH_M, TURN_DEG = 5.4, 5, 9.0, 21.0
 
 
-def evidence_of(heights: FloatArray, gables: bool, seed: int = 4) -> tuple[SplitEvidence, list[Polygon]]:
-    """A row of houses with eaves of the heights given, under 8 points per m²."""
+def evidence_of(
+    heights: FloatArray, gables: bool, walls_m: float = 0.0, seed: int = 4
+) -> tuple[SplitEvidence, list[Polygon]]:
+    """A row of houses with eaves of the heights given, and walls 0.4 m wide between them that rise above the roofs, under 8 points per m²."""
     rng = np.random.default_rng(seed)
     length = WIDTH_M * len(heights)
     outline = affinity.rotate(box(0, 0, length, DEPTH_M), TURN_DEG, origin=(0, 0))
@@ -28,6 +30,8 @@ def evidence_of(heights: FloatArray, gables: bool, seed: int = 4) -> tuple[Split
     house = np.clip((u / WIDTH_M).astype(int), 0, len(heights) - 1)
     off = np.abs(u % WIDTH_M - WIDTH_M / 2) if gables else np.abs(v - DEPTH_M / 2)
     roof = heights[house] + 0.8 * ((WIDTH_M if gables else DEPTH_M) / 2 - off)
+    between = (np.abs(u - WIDTH_M * np.round(u / WIDTH_M)) < 0.2) & (u > 1) & (u < length - 1)
+    roof = roof + np.where(between, walls_m, 0.0)
     inside = (u > 0) & (u < length) & (v > 0) & (v < DEPTH_M)
     z = np.where(inside, roof, 0.0) + rng.normal(0, 0.03, len(u))
     ones = np.ones(len(z), np.uint8)
@@ -53,6 +57,10 @@ def test_equal_gables_side_by_side() -> None:
 
 def test_eaves_of_different_heights() -> None:
     assert_split_into(*evidence_of(np.array([6.0, 6.6, 5.9, 6.4, 5.6]), gables=False))
+
+
+def test_firewalls_between_roofs_of_one_height() -> None:
+    assert_split_into(*evidence_of(np.full(COUNT, 6.0), gables=False, walls_m=0.6))
 
 
 def test_one_long_roof_stays_whole() -> None:

@@ -28,7 +28,7 @@ def lines(
     d *= rng.choice([-1, 1], count)[:, None]
     at = np.column_stack([rng.uniform(-spread, spread, (count, 2)) + middle, rng.uniform(0, 8, count)])
     kind = np.zeros(count, np.int64)
-    return Segments(at - d / 2, at + d / 2, kind, kind.astype(np.uint8) + ORTHO, np.ones(count, np.float32), ("nadir",))
+    return Segments(at - d / 2, at + d / 2, kind, kind.astype(np.uint8) + ORTHO, ("nadir",))
 
 
 def anywhere(rng: np.random.Generator, count: int, middle: tuple[float, float] = (0.0, 0.0)) -> Segments:
@@ -57,7 +57,6 @@ def test_aspects_are_right_to_a_fraction_of_a_degree_in_clutter(seed: int, aspec
         ("nadir",),
     )
     p = principal_directions(s)
-    assert p.good, p.reason
     first, second = p.aspects_of(0)
     assert min(off(first.degrees, aspect), off(first.degrees, aspect + 90)) < 0.2
     assert off(second.degrees, first.degrees + 90) < 0.3
@@ -75,7 +74,6 @@ def test_two_orientations_close_to_each_other_are_told_apart_and_placed(seed: in
          lines(rng, 110 + turn, 0, 60, east), anywhere(rng, 120)], ("nadir",),
     )  # fmt: skip
     p = principal_directions(s)
-    assert p.good, p.reason
     here, there = orientation_at(s, p, np.array(west), 10.0), orientation_at(s, p, np.array(east), 10.0)
     assert here != there
     for orientation, truth in ((here, 20.0), (there, 20.0 + turn)):
@@ -95,36 +93,17 @@ def test_one_orientation_is_not_taken_for_two(seed: int) -> None:
     assert set(near) == {0}
 
 
-def test_a_curved_row_says_so() -> None:
-    rng = np.random.default_rng(0)
-    parts = []
-    for k in range(10):
-        middle = (float(200 * np.sin(np.radians(5 * k))), float(-200 * np.cos(np.radians(5 * k))))
-        parts += [lines(rng, 5.0 * k, 0, 40, middle, 5), lines(rng, 5.0 * k + 90, 0, 40, middle, 5)]
-    s = joined_segments(parts, ("nadir",))
-    p = principal_directions(s)
-    assert not p.good
-    assert "curved" in p.reason
-
-
-def test_round_buildings_and_trees_are_no_good() -> None:
-    rng = np.random.default_rng(1)
-    assert not principal_directions(anywhere(rng, 300)).good
-
-
 @pytest.mark.parametrize("count", [0, 1, 5])
 def test_few_segments_tell_nothing(count: int) -> None:
     s = lines(np.random.default_rng(0), 20, 0, 6).take(np.arange(count))
     p = principal_directions(s)
-    assert not p.good
-    assert "few" in p.reason
+    assert p.aspects == ()
     assert len(filtered(s, p)) == 0
 
 
 def test_only_upright_segments_tell_no_aspect() -> None:
     s = lines(np.random.default_rng(0), 20, 89, 50)
     p = principal_directions(s)
-    assert not p.good
     assert p.aspects == ()
     assert len(filtered(s, p)) > 45
 
@@ -149,7 +128,7 @@ def test_the_filter_keeps_what_follows_and_drops_the_rest() -> None:
 def test_the_order_of_ends_does_not_matter() -> None:
     rng = np.random.default_rng(3)
     s = joined_segments([lines(rng, 30, 0, 60), lines(rng, 120, 0, 60)], ("nadir",))
-    turned = Segments(s.end, s.start, s.frame, s.layer, s.strength, s.frames)
+    turned = Segments(s.end, s.start, s.frame, s.layer, s.frames)
     a, b = principal_directions(s), principal_directions(turned)
     assert [round(x.degrees, 6) for x in a.aspects] == [round(x.degrees, 6) for x in b.aspects]
 

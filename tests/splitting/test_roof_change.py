@@ -10,18 +10,18 @@ import pytest
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
+from cityflow.splitting.borders.roof_marks import RoofMarks, roof_marks
 from cityflow.splitting.scores.roof_change import RoofChange, shaded
-from cityflow.splitting.scores.score_height import height_change
+from cityflow.splitting.scores.score import of_shape
 from cityflow.splitting.strips.axis_strips import axis_strips
-from cityflow.splitting.strips.strip_rasters import RoofRaster
 
-U, V = np.arange(0.05, 30.0, 0.1), np.arange(0.05, 10.0, 0.1)
+U = np.arange(0.05, 30.0, 0.1)
 BORDER_M = 15.0
 
 
 def seen(height: FloatArray) -> Any:
     """What `shaded` reads of a strip: heights of its columns."""
-    return SimpleNamespace(height=SimpleNamespace(u=U, rows=np.repeat(height[:, None], 20, axis=1)))
+    return SimpleNamespace(roof=SimpleNamespace(u=U), rows=np.repeat(height[:, None], 20, axis=1))
 
 
 DARKER_BEFORE, DARKER_AFTER = RoofChange(0.6, 0.06, 1.0, True), RoofChange(0.6, 0.06, 1.0, False)
@@ -49,22 +49,27 @@ def test_other_changes_of_colour_are_no_shadows(height: FloatArray, change: Roof
     assert shaded(seen(height), BORDER_M, change) == 0.0
 
 
-def valley_of(height: FloatArray) -> FloatArray:
-    roof = np.repeat(height[:, None], len(V), axis=1) + np.random.default_rng(3).normal(0, 0.02, (len(U), len(V)))
-    empty = np.empty((*roof.shape, 0), np.float32)
-    stations = np.arange(2.0, 28.0, 0.2)
-    return height_change(
-        RoofRaster(U, V, roof.astype(np.float32), empty, empty, np.isfinite(roof)), stations, 1.6, 0.25
-    ).valley
+def marks_of(height: FloatArray) -> RoofMarks:
+    return roof_marks(
+        np.repeat(height[:, None], 20, axis=1) + np.random.default_rng(3).normal(0, 0.02, (len(U), 20)), U
+    )
 
 
-def test_sheds_of_a_saw_tooth_roof_make_no_valley() -> None:
-    assert valley_of(6.0 + 0.3 * (U % 7.5)).max() == 0.0
+def test_sheds_of_a_saw_tooth_roof_may_be_parted_at_their_steps_alone() -> None:
+    marks = marks_of(6.0 + 0.3 * (U % 7.5))
+    clear = of_shape(marks)
+    steps = np.array([7.5, 15.0, 22.5])
+    for step in steps:
+        near = np.abs(marks.u - step) < 2.0
+        assert np.average(marks.u[near], weights=clear[near]) == pytest.approx(step, abs=0.1)
+    assert clear[np.abs(marks.u[:, None] - steps).min(axis=1) > 0.5].max() == 0.0
 
 
 def test_gables_side_by_side_do() -> None:
-    valley = valley_of(6.0 + 0.6 * np.minimum(U % 7.5, 7.5 - U % 7.5))
-    assert abs(2.0 + 0.2 * int(np.argmax(valley)) - np.array([7.5, 15.0, 22.5])).min() < 0.4
+    marks = marks_of(6.0 + 0.6 * np.minimum(U % 7.5, 7.5 - U % 7.5))
+    bottoms = marks.bottom[marks.valley > 0.9]
+    assert all(np.abs(bottoms - border).min() < 0.1 for border in (7.5, 15.0, 22.5))
+    assert np.abs(bottoms[:, None] - [7.5, 15.0, 22.5]).min(axis=1).max() < 0.25
 
 
 def test_a_strip_knows_how_far_it_is_turned_from_known_directions() -> None:

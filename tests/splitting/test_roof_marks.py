@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 
 from cityflow.core.arrays import FloatArray
 from cityflow.splitting.borders.roof_marks import RoofMarks, roof_marks
+from cityflow.splitting.scores.roof_step import roof_step
+from cityflow.splitting.strips.strip_evidence import StripEvidence
 
 CELL_M, ROWS = 0.2, 20
 U = np.arange(0.0, 24.0, CELL_M)
 BORDER_M = 12.13
 
 
-def marks_of(profile: FloatArray, share: float = 1.0, other: FloatArray | None = None) -> RoofMarks:
-    """Of a roof with one profile in a share of its rows and another, or a level one, in the rest."""
+def rows_of(profile: FloatArray, share: float = 1.0, other: FloatArray | None = None) -> FloatArray:
+    """A roof with one profile in a share of its rows and another, or a level one, in the rest."""
     level = np.full_like(U, 8.0) if other is None else other
     count = round(share * ROWS)
     rows = np.column_stack([profile] * count + [level] * (ROWS - count))
-    return roof_marks(rows + np.random.default_rng(3).normal(0, 0.03, rows.shape), U)
+    return np.asarray(rows + np.random.default_rng(3).normal(0, 0.03, rows.shape))
+
+
+def marks_of(profile: FloatArray, share: float = 1.0, other: FloatArray | None = None) -> RoofMarks:
+    return roof_marks(rows_of(profile, share, other), U)
 
 
 def at_border(marks: RoofMarks, values: FloatArray) -> float:
@@ -45,9 +54,10 @@ def test_ridge_is_no_border() -> None:
 
 @pytest.mark.parametrize("height", [0.4, -1.0])
 def test_step(height: float) -> None:
-    marks = marks_of(np.where(U > BORDER_M, 8.0 + height, 8.0))
+    rows = rows_of(np.where(U > BORDER_M, 8.0 + height, 8.0))
+    marks, seen = roof_marks(rows, U), cast(StripEvidence, SimpleNamespace(rows=rows, roof=SimpleNamespace(u=U)))
     assert at_border(marks, marks.step) > 0.9
-    assert at_border(marks, marks.step_m) == pytest.approx(abs(height), abs=0.15)
+    assert roof_step(seen, BORDER_M, (-np.inf, np.inf)).size == pytest.approx(abs(height), abs=0.15)
     assert marks.marked[np.abs(marks.u - BORDER_M) > 1.0].max() < 0.1
 
 

@@ -17,7 +17,7 @@ EAVES_M, GROUND_M = 8.0, 2.0
 def _segments(*ends: tuple[tuple[float, float, float], tuple[float, float, float]]) -> Segments:
     start, end = np.array([e[0] for e in ends], float), np.array([e[1] for e in ends], float)
     n = len(ends)
-    return Segments(start, end, np.zeros(n, np.int64), np.full(n, ORTHO, np.uint8), np.ones(n, np.float32), ("nadir",))
+    return Segments(start, end, np.zeros(n, np.int64), np.full(n, ORTHO, np.uint8), ("nadir",))
 
 
 def _piece() -> AxisStrip:

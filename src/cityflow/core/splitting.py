@@ -15,8 +15,8 @@ from cityflow.core.grid import Grid
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.points import PointCloud
 
-ORTHO, SURFACE, POINTS = 0, 1, 2
-"""Where a segment was found: in the ortho, in the surface model, in LiDAR points."""
+ORTHO, SURFACE = 0, 1
+"""Where a segment was found: in the ortho, in the surface model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +74,7 @@ class Segments:
     ----------
     start, end : (N, 3) float64, world metres
     frame : (N,) int64, index into `frames`
-    layer : (N,) uint8, `ORTHO`, `SURFACE` or `POINTS`
-    strength : (N,) float32, how distinct each is, 0 to 1
+    layer : (N,) uint8, `ORTHO` or `SURFACE`
     frames : names of the look directions
     """
 
@@ -83,7 +82,6 @@ class Segments:
     end: FloatArray
     frame: IntArray
     layer: ByteArray
-    strength: Float32Array
     frames: tuple[str, ...]
 
     def __len__(self) -> int:
@@ -91,7 +89,7 @@ class Segments:
 
     def take(self, chosen: BoolArray | IntArray) -> Segments:
         return Segments(
-            self.start[chosen], self.end[chosen], self.frame[chosen], self.layer[chosen], self.strength[chosen], self.frames
+            self.start[chosen], self.end[chosen], self.frame[chosen], self.layer[chosen], self.frames
         )  # fmt: skip
 
     @property
@@ -117,11 +115,11 @@ def joined_segments(parts: Sequence[Segments], frames: tuple[str, ...]) -> Segme
     """All segments, in the order given; their `frame` counts in `frames` already."""
     if not parts:
         return Segments(
-            np.empty((0, 3)), np.empty((0, 3)), np.empty(0, np.int64), np.empty(0, np.uint8), np.empty(0, np.float32), frames
+            np.empty((0, 3)), np.empty((0, 3)), np.empty(0, np.int64), np.empty(0, np.uint8), frames
         )  # fmt: skip
     return Segments(
         np.concatenate([p.start for p in parts]), np.concatenate([p.end for p in parts]), np.concatenate([p.frame for p in parts]),
-        np.concatenate([p.layer for p in parts]), np.concatenate([p.strength for p in parts]), frames,
+        np.concatenate([p.layer for p in parts]), frames,
     )  # fmt: skip
 
 

@@ -12,21 +12,20 @@ from shapely import Polygon
 
 from cityflow.core.parameters import Parameters
 from cityflow.core.splitting import SURFACE, CutLine, Segments, SplitEvidence, Splitting, joined_segments
-from cityflow.splitting.borders.picture_cuts import picture_candidates
+from cityflow.splitting.borders.possible_borders import possible_borders
 from cityflow.splitting.cuts.cut_chords import line_at, off_corners, turned
-from cityflow.splitting.cuts.cuts import Candidate
 from cityflow.splitting.directions.principal import (
     Principal,
     filtered,
     orientation_at,
     principal_directions,
 )
-from cityflow.splitting.lidar.lidar_cuts import from_points, lidar_candidates
+from cityflow.splitting.lidar_surface import from_points
 from cityflow.splitting.partition import partition
 from cityflow.splitting.segments.segments import find_segments
 from cityflow.splitting.strips.axis_strips import AxisStrip, axis_strips, is_round
 from cityflow.splitting.strips.gap_strips import GapStrip, find_gaps
-from cityflow.splitting.strips.slices import SegmentPoints, points_on_segments
+from cityflow.splitting.strips.slices import points_on_segments
 from cityflow.splitting.strips.strip_evidence import look_at_strip
 from cityflow.splitting.strips.strip_rasters import Cells, facade_cells, roof_raster
 
@@ -83,8 +82,8 @@ def split(evidence: SplitEvidence, parameters: SplitParameters) -> Splitting:
     reason = _unsplittable(evidence, parameters)
     if reason:
         return Splitting((evidence.outline,), reason=reason)
-    segments = find_segments(evidence)
     evidence = replace(evidence, frames=(from_points(evidence), *evidence.frames[1:]))
+    segments = find_segments(evidence)
     principal = principal_directions(segments)
     seen = _Seen(segments, principal, facade_cells(evidence.frames[1:]))
     step = slice_step(evidence)
@@ -163,7 +162,7 @@ def _parts(outline: Polygon, gaps: Sequence[Polygon]) -> list[Polygon]:
 
 def _terraces(
     evidence: SplitEvidence, part: Polygon, seen: _Seen, parameters: SplitParameters, step: float
-) -> list[Candidate]:
+) -> list[CutLine]:
     """Possible borders in a part between gaps, by the directions of that part."""
     if part.area < 2 * parameters.minimum_area_m2:
         return []
@@ -175,15 +174,17 @@ def _terraces(
     points = points_on_segments(joined_segments([kept, _walls(evidence, kept.frames)], kept.frames), evidence.gsd_m)
     found = []
     for strip in _strips(part, principal, step):
-        found += _of_strip(strip, part, evidence, points, seen.cells, _sigma(strip, principal))
+        found += possible_borders(
+            look_at_strip(strip, part, evidence, points, seen.cells), part, _sigma(strip, principal)
+        )
     return [_as_its_part(c, part, inside, principal) for c in found]
 
 
-def _as_its_part(candidate: Candidate, part: Polygon, segments: Segments, principal: Principal) -> Candidate:
+def _as_its_part(cut: CutLine, part: Polygon, segments: Segments, principal: Principal) -> CutLine:
     """A border in the direction of the houses beside it, where a complex has orientations a few degrees apart (Dahlke 2017 §3)."""
-    line = candidate.cut.line
+    line = cut.line
     if len(set(principal.orientation)) < 2:
-        return candidate
+        return cut
     middle = shapely.get_coordinates(shapely.line_interpolate_point(line, 0.5, normalized=True))[0]
     here = principal.aspects_of(orientation_at(segments, principal, middle, line.length))
     start, end = shapely.get_coordinates(line)[[0, -1]]
@@ -191,9 +192,8 @@ def _as_its_part(candidate: Candidate, part: Polygon, segments: Segments, princi
     turns = [((a.degrees - now + 90) % 180 - 90, a) for a in here]
     angle, aspect = min(turns, key=lambda t: abs(t[0]), default=(np.inf, None))
     if aspect is None or abs(angle) > MOST_TURN_DEG:
-        return candidate
-    cut = replace(candidate.cut, line=turned(line, aspect.degrees, part), angle_sigma_deg=aspect.sigma)
-    return replace(candidate, cut=cut)
+        return cut
+    return replace(cut, line=turned(line, aspect.degrees, part), angle_sigma_deg=aspect.sigma)
 
 
 def _walls(evidence: SplitEvidence, frames: tuple[str, ...]) -> Segments:
@@ -202,21 +202,19 @@ def _walls(evidence: SplitEvidence, frames: tuple[str, ...]) -> Segments:
     xy = np.array(ends, np.float64).reshape(-1, 2, 2)
     xyz = np.concatenate([xy, np.full((len(xy), 2, 1), evidence.ground_height)], axis=2)
     n = len(xyz)
-    return Segments(
-        xyz[:, 0], xyz[:, 1], np.zeros(n, np.int64), np.full(n, SURFACE, np.uint8), np.ones(n, np.float32), frames
-    )
+    return Segments(xyz[:, 0], xyz[:, 1], np.zeros(n, np.int64), np.full(n, SURFACE, np.uint8), frames)
 
 
 def _corners(
     evidence: SplitEvidence,
-    found: list[Candidate],
+    found: list[CutLine],
     gaps: list[Polygon],
     seen: _Seen,
     parameters: SplitParameters,
     step: float,
-) -> list[Candidate]:
+) -> list[CutLine]:
     """Also borders that end at others: within units that no axis strip of the whole has crossed, corners of a ring above all."""
-    lines = [off_corners(c.cut.line, evidence.outline) for c in found if c.cut.confidence >= parameters.threshold]
+    lines = [off_corners(c.line, evidence.outline) for c in found if c.confidence >= parameters.threshold]
     if not lines:
         return found
     strips = [p for part in _parts(evidence.outline, gaps) for p in _strips(part, seen.principal, step)]
@@ -232,31 +230,18 @@ def _corners(
     return _once([*found, *new])
 
 
-def _of_strip(
-    strip: AxisStrip,
-    part: Polygon,
-    evidence: SplitEvidence,
-    points: SegmentPoints,
-    cells: list[Cells],
-    sigma: float,
-) -> list[Candidate]:
-    if evidence.frames[0].ortho is None:
-        return lidar_candidates(strip, part, evidence, points, sigma)
-    return picture_candidates(look_at_strip(strip, part, evidence, points, cells), part, sigma)
-
-
 def _within(segments: Segments, part: Polygon) -> Segments:
     middle = (segments.start + segments.end)[:, :2] / 2
     near = shapely.buffer(part, 1.0, join_style="mitre")
     return segments.take(np.asarray(shapely.contains_xy(near, middle[:, 0], middle[:, 1])))
 
 
-def _once(found: Sequence[Candidate]) -> list[Candidate]:
+def _once(found: Sequence[CutLine]) -> list[CutLine]:
     """Strongest first, without lines that another strip has found too."""
-    kept: list[Candidate] = []
-    for c in sorted(found, key=lambda c: (-c.log_odds, *shapely.get_coordinates(c.cut.line)[0])):
-        middle = shapely.line_interpolate_point(c.cut.line, 0.5, normalized=True)
-        if all(middle.distance(k.cut.line) > SAME_LINE_M for k in kept):
+    kept: list[CutLine] = []
+    for c in sorted(found, key=lambda c: (-c.confidence, *shapely.get_coordinates(c.line)[0])):
+        middle = shapely.line_interpolate_point(c.line, 0.5, normalized=True)
+        if all(middle.distance(k.line) > SAME_LINE_M for k in kept):
             kept.append(c)
     return kept
 
@@ -265,11 +250,11 @@ def _splitting(
     evidence: SplitEvidence,
     polygons: list[Polygon],
     pairs: list[tuple[CutLine, CutLine]],
-    found: Sequence[Candidate],
+    found: Sequence[CutLine],
     principal: Principal,
     parameters: SplitParameters,
 ) -> Splitting:
-    good = [c.cut for c in found if c.cut.confidence >= parameters.threshold]
+    good = [c for c in found if c.confidence >= parameters.threshold]
     lines = [off_corners(c.line, evidence.outline) for c in good]
     result = partition(evidence.outline, lines, polygons, parameters.minimum_area_m2)
     kept_pairs = [p for p in pairs if p[0].confidence >= GAP_CONFIDENCE]
@@ -279,7 +264,7 @@ def _splitting(
     rejected += [c for p in pairs if p[0].confidence < GAP_CONFIDENCE for c in p]
     used = set(result.used)
     rejected += [c for i, c in enumerate(good) if i not in used]
-    rejected += [c.cut for c in found if c.cut.confidence < parameters.threshold]
+    rejected += [c for c in found if c.confidence < parameters.threshold]
     accepted = [good[i] for i in result.used]
     return Splitting(
         result.units,
@@ -292,7 +277,7 @@ def _splitting(
     )
 
 
-def _why_whole(found: Sequence[Candidate], principal: Principal) -> str:
+def _why_whole(found: Sequence[CutLine], principal: Principal) -> str:
     if not principal.aspects:
         return "no main directions"
     return "no border has enough evidence" if found else "no evidence of a border"

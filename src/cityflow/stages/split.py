@@ -37,7 +37,7 @@ from cityflow.survey.survey import Survey
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = "split"
-VERSION = 8
+VERSION = 9
 SPLIT = "split.json"
 NADIR = LocalFrame("nadir", np.eye(3), np.zeros(3))
 AROUND_M = 2.0

@@ -1,4 +1,4 @@
-"""Where a border runs, to a fraction of a station: by the mark of the roof that most of its depth has, else by the outline."""
+"""Where a border runs, to a fraction of a cell: by the mark of the roof that most of its depth has, or by the outline; and where rows or columns turn."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.splitting.borders.roof_marks import RoofMarks
-from cityflow.splitting.cuts.cut_places import edge_position
 from cityflow.splitting.strips.axis_strips import AxisStrip
 
+REACH_M = 0.9
+"""How far from its maximum the place of a border is looked for."""
 NEAR_M = 0.5
 LEAST_SHARE = 0.15
 """Marks over a lesser share of the depth do not place a border."""
@@ -16,19 +17,18 @@ SETBACK_M = 0.3
 STEP_M = 0.2
 
 
-def border_position(strip: AxisStrip, marks: RoofMarks, rows: FloatArray, u: FloatArray, near_u: float) -> float:
-    """The bottom of the valley, where the rows step, the middle of the wall or trench; else where the outline steps; else as given.
+def roof_position(marks: RoofMarks, rows: FloatArray, u: FloatArray, near_u: float) -> float | None:
+    """The bottom of the valley, where the rows step, or the middle of the wall or trench near a place; None without such a mark.
 
     Parameters
     ----------
     rows, u : (U, R) heights along the row, (U,) where their columns stand, metres
-    near_u : the place by the stations
     """
     near = np.abs(marks.u - near_u) < NEAR_M
     narrow = np.maximum(marks.wall, marks.trench)
     step, valley, wall = (float(m[near].max(initial=0.0)) for m in (marks.step, marks.valley, narrow))
     if max(step, valley, wall) < LEAST_SHARE:
-        return _at_setback(strip, near_u)
+        return None
     if valley >= max(step, wall):
         good = near & np.isfinite(marks.bottom) & (marks.valley > 0.7 * valley)
         return float(np.median(marks.bottom[good]))
@@ -38,7 +38,7 @@ def border_position(strip: AxisStrip, marks: RoofMarks, rows: FloatArray, u: Flo
     return middle if at is None else at
 
 
-def _at_setback(strip: AxisStrip, near_u: float) -> float:
+def at_setback(strip: AxisStrip, near_u: float) -> float:
     """The nearest place where an end of the chords jumps, or the place itself."""
     jump = np.maximum(np.abs(np.diff(strip.low)), np.abs(np.diff(strip.high)))
     middle = (strip.stations[:-1] + strip.stations[1:]) / 2
@@ -57,3 +57,28 @@ def where_rows_step(rows: FloatArray, u: FloatArray, at: float) -> float | None:
         return None
     share = (rows[:, known][:, clear] - (low + high)[clear] / 2) / (high - low)[clear]
     return edge_position(np.clip(share, -0.5, 0.5), u, at)
+
+
+def edge_position(share: FloatArray, u: FloatArray, u_0: float) -> float | None:
+    """Where columns turn from −0.5 to 0.5: the border before which most is negative and after which most is positive.
+
+    Parameters
+    ----------
+    share : (U, R) of every row −0.5 (like what is before) to 0.5 (like what is after); NaN unknown
+    """
+    near = np.abs(u - u_0) < REACH_M + 0.5
+    part = share[near]
+    known = np.isfinite(part).any(axis=1)
+    if known.sum() < 4:
+        return None
+    column = np.zeros(len(part))
+    column[known] = np.nanmedian(part[known], axis=1)
+    below = np.concatenate([[0.0], np.cumsum(column)])
+    k = int(np.argmin(below))
+    if k in (0, len(column)):
+        return None
+    cell = float(u[1] - u[0])
+    # the columns beside the border are mixed: what they lack of a full half shifts it
+    shift = (column[k - 1] + 0.5) - (0.5 - column[k])
+    at = float(u[near][k] - cell / 2 - shift * cell)
+    return at if abs(at - u_0) <= REACH_M else None

@@ -10,7 +10,6 @@ import numpy as np
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.splitting.borders.roof_marks import roof_marks, roof_rows
 from cityflow.splitting.borders.station_features import station_table
 from cityflow.splitting.cuts.cut_chords import cut_off_m2
 from cityflow.splitting.scores.border_sides import Sides
@@ -93,8 +92,7 @@ def places_of(seen: StripEvidence, part: Polygon, places: Sequence[float], whole
     part : of the outline, that a border would cross
     whole : how far one may look
     """
-    marks = roof_marks(roof_rows(seen.roof), seen.roof.u)
-    table, slopes = station_table(seen.strip, seen.roof, marks, seen.slices), roof_slopes(seen.roof)
+    table, slopes = station_table(seen.strip, seen.roof, seen.marks, seen.slices), roof_slopes(seen.roof)
     found = []
     for u in places:
         left = max([p for p in places if p < u - LEAST_SIDE_M], default=whole.left)

@@ -7,7 +7,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from cityflow.core.arrays import FloatArray
 from cityflow.splitting.borders.roof_marks import GUARD_M, REACH_M, WINDOW_M, fitted_lines
-from cityflow.splitting.scores.running_median import lower_median
+from cityflow.splitting.scores.medians import lower_median
 from cityflow.splitting.strips.axis_strips import AxisStrip
 from cityflow.splitting.strips.strip_rasters import RoofRaster
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.splitting.scores.running_median import lower_median
+from cityflow.splitting.scores.medians import lower_median
 from cityflow.splitting.strips.strip_rasters import RoofRaster
 
 ROW_M = 0.4
@@ -50,8 +50,8 @@ class RoofMarks:
     u : (S,) places, metres
     step, valley, wall, trench : (S,) share of the main roof's rows that step, open upwards, have a wall, have a trench
     ridge, marked : (S,) share that fall to both sides, that have any of the other four
-    step_m : (S,) median size of the step over the rows that step; NaN where none does
     bottom : (S,) where the valley's bottom lies; NaN where there is none
+    off : (S,) how far rows are off their lines, on the side where they are farther, median, metres
     """
 
     u: FloatArray
@@ -61,8 +61,8 @@ class RoofMarks:
     trench: FloatArray
     ridge: FloatArray
     marked: FloatArray
-    step_m: FloatArray
     bottom: FloatArray
+    off: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,8 +110,9 @@ def roof_marks(rows: FloatArray, u: FloatArray) -> RoofMarks:
     main = _main(before.height, after.height)
     found = _marks(before, after, _between(rows, guard), main, (noise, (2 * guard + NEAR) * cell))
     at = u[0] + (places - 0.5) * cell
-    step, valley, wall, trench, ridge, marked, step_m, meet = found
-    return RoofMarks(at, step, valley, wall, trench, ridge, marked, step_m, at + meet)
+    step, valley, wall, trench, ridge, marked, meet = found
+    off = np.fmax(before.off, after.off)
+    return RoofMarks(at, step, valley, wall, trench, ridge, marked, at + meet, lower_median(off, np.isfinite(off)))
 
 
 def fitted_lines(windows: FloatArray, x: FloatArray) -> Lines:
@@ -193,7 +194,7 @@ def _marks(
 
     return (
         share(steps), share(valley), share(wall), share(trench), share(ridge), share(steps | valley | wall | trench),
-        lower_median(size, steps), lower_median(meet, valley),
+        lower_median(meet, valley),
     )  # fmt: skip
 
 

@@ -67,51 +67,38 @@ def choose(row: Row, widths: FloatArray, weights: FloatArray) -> Choice:
     total, border = 0.0, np.zeros(n)
     units, of_mode = np.zeros((modes, most)), np.zeros(modes)
     known = row.group.max() != ANY if n else False
+    may = np.flatnonzero((gain > 0) & ((row.group >= 0) | (not known)))
     for m in range(modes):
         before, after = np.zeros(n), np.zeros(n)
-        for j in range(n):
-            if known and row.group[j] < 0:
-                continue
-            value = 0.0
-            if not known or row.group[j] == 0:
-                value = _end(widths[m], row.first, j)
-            for i in range(max(0, j - most + 1), j):
-                if not known or row.group[i] == row.group[j] - 1:
+        all_of = _whole(widths[m], row, n) if not known or row.groups == 0 else 0.0
+        units[m, _width(row.first, n - 1 + row.last, row.last, most)] += all_of * weights[m]
+        for j in may:
+            value = _end(widths[m], row.first, j) if not known or row.group[j] == 0 else 0.0
+            for i in may:
+                if j - most < i < j and (not known or row.group[i] == row.group[j] - 1):
                     value += before[i] * widths[m, j - i]
             before[j] = value * gain[j]
-        for i in range(n - 1, -1, -1):
-            if known and row.group[i] < 0:
-                continue
-            value = 0.0
-            if not known or row.group[i] == row.groups - 1:
-                value = _end(widths[m], row.last, n - 1 - i)
-            for j in range(i + 1, min(n, i + most)):
-                if not known or row.group[j] == row.group[i] + 1:
-                    value += after[j] * gain[j] * widths[m, j - i]
-            after[i] = value
-        whole = _whole(widths[m], row, n) if not known or row.groups == 0 else 0.0
-        all_of = whole
-        for j in range(n):
             if not known or row.group[j] == row.groups - 1:
                 all_of += before[j] * _end(widths[m], row.last, n - 1 - j)
+        for i in may[::-1]:
+            value = _end(widths[m], row.last, n - 1 - i) if not known or row.group[i] == row.groups - 1 else 0.0
+            for j in may:
+                if i < j < i + most and (not known or row.group[j] == row.group[i] + 1):
+                    value += after[j] * gain[j] * widths[m, j - i]
+            after[i] = value
         all_of *= weights[m]
         total += all_of
         of_mode[m] = all_of
-        units[m, _width(row.first, n - 1 + row.last, row.last, most)] += whole * weights[m]
-        for j in range(n):
+        for j in may:
             border[j] += before[j] * after[j] * weights[m]
-            if known and row.group[j] < 0:
-                continue
             if not known or row.group[j] == 0:
-                units[m, _width(row.first, j, 0, most)] += (
-                    _end(widths[m], row.first, j) * gain[j] * after[j] * weights[m]
-                )
+                end = _end(widths[m], row.first, j)
+                units[m, _width(row.first, j, 0, most)] += end * gain[j] * after[j] * weights[m]
             if not known or row.group[j] == row.groups - 1:
-                units[m, _width(row.last, n - 1 - j, 0, most)] += (
-                    before[j] * _end(widths[m], row.last, n - 1 - j) * weights[m]
-                )
-            for i in range(max(0, j - most + 1), j):
-                if not known or row.group[i] == row.group[j] - 1:
+                end = _end(widths[m], row.last, n - 1 - j)
+                units[m, _width(row.last, n - 1 - j, 0, most)] += before[j] * end * weights[m]
+            for i in may:
+                if j - most < i < j and (not known or row.group[i] == row.group[j] - 1):
                     units[m, j - i] += before[i] * widths[m, j - i] * gain[j] * after[j] * weights[m]
     return Choice(np.log(total), border / total, units / total, of_mode / total)
 

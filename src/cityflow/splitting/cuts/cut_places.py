@@ -7,13 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from cityflow.core.arrays import Float32Array, FloatArray
-from cityflow.splitting.scores.roof_step import bottom_of_valley
+from cityflow.splitting.borders.border_position import REACH_M, edge_position, roof_position
+from cityflow.splitting.scores.border_sides import DARK
 from cityflow.splitting.scores.score import Score
-from cityflow.splitting.scores.score_colour import DARK, Change
+from cityflow.splitting.scores.score_colour import Change
 from cityflow.splitting.strips.strip_evidence import StripEvidence, at_stations
 
-REACH_M = 0.9
-"""How far from its maximum the place of a border is looked for."""
 TOGETHER_M = 0.3
 """Places that agree within this are averaged."""
 
@@ -22,11 +21,9 @@ def place(evidence: StripEvidence, scores: Score, k: int) -> float:
     """The border near station k, from every source that changes there; robust mean of where each changes."""
     u_0 = float(evidence.stations[k])
     places = [(u_0, 0.05)]
-    bottom = bottom_of_valley(evidence, u_0) if evidence.height.valley[k] > 0 else None
-    if bottom is not None and abs(bottom - u_0) < REACH_M:
-        places.append((bottom, 4.0))
-    elif scores.height[k] > 1.0:
-        places += _from_rows(evidence, k, 4.0)
+    if scores.height[k] > 1.0:
+        by_roof = roof_position(evidence.marks, evidence.rows, evidence.roof.u, u_0)
+        places += [(by_roof, 4.0)] if by_roof is not None and abs(by_roof - u_0) < REACH_M else []
     if evidence.roof_colour is not None and scores.roof[k] > 1.0:
         places += _from_colour(evidence.roof_colour, k, u_0, 3.0)
     for changes in evidence.facades:
@@ -35,32 +32,6 @@ def place(evidence: StripEvidence, scores: Score, k: int) -> float:
                 places += _from_colour(change, k, u_0, 2.0)
     places += _from_slices(evidence, k)
     return _agreed(places)
-
-
-def _from_rows(evidence: StripEvidence, k: int, weight: float) -> list[tuple[float, float]]:
-    change = evidence.height
-    before, after = _levels(change.rows, change.u, float(evidence.stations[k]))
-    step = after - before
-    clear = np.abs(step) > 0.1
-    if clear.sum() < 3:
-        return []
-    share = (change.rows[:, clear] - (before + after)[clear] / 2) / step[clear]
-    at = edge_position(np.clip(share, -0.5, 0.5), change.u, float(evidence.stations[k]))
-    return [] if at is None else [(at, weight)]
-
-
-def _levels(rows: FloatArray, u: FloatArray, at: float) -> tuple[FloatArray, FloatArray]:
-    """Median height of every row shortly before and after a place."""
-    before, after = (u > at - 1.6) & (u < at - 0.3), (u > at + 0.3) & (u < at + 1.6)
-    return _median_rows(rows[before]), _median_rows(rows[after])
-
-
-def _median_rows(rows: FloatArray) -> FloatArray:
-    result = np.full(rows.shape[1], np.nan)
-    known = np.isfinite(rows).sum(axis=0) > 0.5 * max(len(rows), 1)
-    if len(rows):
-        result[known] = np.nanmedian(rows[:, known], axis=0)
-    return result
 
 
 def _from_colour(change: Change, k: int, u_0: float, weight: float) -> list[tuple[float, float]]:
@@ -90,31 +61,6 @@ def _row_levels(part: Float32Array) -> FloatArray:
     known = np.isfinite(part[..., 0]).sum(axis=0) >= max(0.3 * len(part), 2)
     result[known] = np.nanmedian(part[:, known], axis=0)
     return result
-
-
-def edge_position(share: FloatArray, u: FloatArray, u_0: float) -> float | None:
-    """Where columns turn from −0.5 to 0.5: the border before which most is negative and after which most is positive.
-
-    Parameters
-    ----------
-    share : (U, R) of every row −0.5 (like what is before) to 0.5 (like what is after); NaN unknown
-    """
-    near = np.abs(u - u_0) < REACH_M + 0.5
-    part = share[near]
-    known = np.isfinite(part).any(axis=1)
-    if known.sum() < 4:
-        return None
-    column = np.zeros(len(part))
-    column[known] = np.nanmedian(part[known], axis=1)
-    below = np.concatenate([[0.0], np.cumsum(column)])
-    k = int(np.argmin(below))
-    if k in (0, len(column)):
-        return None
-    cell = float(u[1] - u[0])
-    # the columns beside the border are mixed: what they lack of a full half shifts it
-    shift = (column[k - 1] + 0.5) - (0.5 - column[k])
-    at = float(u[near][k] - cell / 2 - shift * cell)
-    return at if abs(at - u_0) <= REACH_M else None
 
 
 def _from_slices(evidence: StripEvidence, k: int) -> list[tuple[float, float]]:

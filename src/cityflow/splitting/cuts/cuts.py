@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from shapely import Point, Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.splitting import CutLine
-from cityflow.splitting.cuts.cut_places import REACH_M, place
+from cityflow.splitting.borders.border_position import REACH_M
+from cityflow.splitting.cuts.cut_places import place
 from cityflow.splitting.scores.border_sides import Sides
 from cityflow.splitting.scores.score import score
 from cityflow.splitting.strips.axis_strips import AxisStrip
@@ -25,15 +23,6 @@ LEAST_SCORE = 0.6
 AT_END_M, SAME_M = 1.2, 0.9
 """An end is a place of its own so near to another; places nearer than the second are one, of which the clearer counts."""
 BEYOND_M = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """A possible border: its place along the strip, the logarithm of its odds, the line."""
-
-    u: float
-    log_odds: float
-    cut: CutLine
 
 
 def proposals(evidence: StripEvidence, free: tuple[bool, bool]) -> list[float]:

@@ -32,8 +32,6 @@ LEAST_SHARE, LEAST_SLOPE_SHARE = 0.08, 0.15
 """Least weight of a further maximum of orientations, or of slopes, as a share of that of the main one."""
 LEAST_APART_DEG, MOST_ASPECTS, MOST_SLOPES = 1.2, 12, 6
 """Maxima of aspect that are nearer are one; largest number of orientations and of slopes."""
-SQUARE_DEG, LEAST_WEIGHT, MAIN_WEIGHT = 1.5, 0.35, 0.4
-"""Largest deviation of two main directions from a right angle; least share of length along main directions, and along the main one: less is a curved row."""
 LEAST_SEGMENTS = 6
 """Fewer segments with a direction give no main directions."""
 ASPECT_DEG, SLOPE_DEG, POSITION_M = 2.0, 4.0, 0.06
@@ -48,16 +46,12 @@ class Principal:
     ----------
     aspects : strongest first; an aspect and its perpendicular are two. `sigma` is that of the direction, not of its lines
     slopes : between level and upright, strongest first
-    good : whether two aspects stand at a right angle, and enough follows them
-    reason : why not; empty where all is well
     orientation : for each aspect the orientation that it belongs to; perpendicular aspects share one. 0 is the strongest
     votes : for each orientation the numbers of the segments that follow it and no other
     """
 
     aspects: tuple[Direction, ...]
     slopes: tuple[Direction, ...]
-    good: bool
-    reason: str
     orientation: tuple[int, ...] = ()
     votes: tuple[IntArray, ...] = field(default=(), repr=False)
 
@@ -66,31 +60,26 @@ class Principal:
         return tuple(a for a, k in zip(self.aspects, self.orientation, strict=True) if k == orientation)
 
 
-def principal_directions(segments: Segments, least: int = LEAST_SEGMENTS) -> Principal:
+def principal_directions(segments: Segments) -> Principal:
     """Maxima of aspect over all segments, and of slope over those with a principal aspect.
 
     Aspects are looked at modulo 90° first, so that a part of the complex and its perpendicular add up; a
     mixture of normal distributions then separates orientations that are two or three degrees apart.
-
-    Parameters
-    ----------
-    least : fewer segments with a direction give none
     """
     chosen = np.flatnonzero(segments.slope_deg <= UPRIGHT_DEG)
-    if len(chosen) < least:
-        return Principal((), (), False, "too few segments for main directions")
+    if len(chosen) < LEAST_SEGMENTS:
+        return Principal((), ())
     part = segments.take(chosen)
     weight = part.length * np.cos(np.radians(part.slope_deg))
     sigma, peaks = _orientations(part, weight)
     if not peaks:
-        return Principal((), (), False, "no main direction found")
+        return Principal((), ())
     peaks, belongs = mixture(_folded(part, weight, sigma), peaks)
     aspects, of = _aspects(part.aspect_deg, weight, sigma, peaks, belongs)
     follows = belongs.sum(axis=0) >= 0.5
     slopes = _slopes(part.take(follows))
     votes = tuple(chosen[b >= SURE_VOTE] for b in belongs)
-    reason = _doubt(aspects, of, float(weight[follows].sum() / weight.sum()))
-    return Principal(aspects, slopes, not reason, reason, of, votes)
+    return Principal(aspects, slopes, of, votes)
 
 
 def orientation_at(segments: Segments, principal: Principal, xy: FloatArray, radius: float) -> int:
@@ -187,19 +176,3 @@ def _slopes(segments: Segments) -> tuple[Direction, ...]:
     found = apart(mixture(sample, peaks)[0], 0.0, 2 * LEAST_APART_DEG)
     found = [p for p in found if p.weight >= LEAST_SLOPE_SHARE * found[0].weight]
     return tuple(Direction(p.degrees, p.sigma, p.weight) for p in found)
-
-
-def _doubt(aspects: tuple[Direction, ...], of: tuple[int, ...], share: float) -> str:
-    """Why the directions should not be trusted; empty where they may."""
-    main = [a.degrees for a, k in zip(aspects, of, strict=True) if k == 0]
-    if len(main) < 2:
-        return "no two main directions are perpendicular"
-    off = abs(abs(float(deviation_deg(np.array(main[0]), main[1], 180.0))) - RIGHT_DEG)
-    if off > SQUARE_DEG:
-        return f"the main directions differ from a right angle by {off:.1f}°"
-    if share < LEAST_WEIGHT:
-        return f"only {share:.0%} of the segments' length follows the main directions"
-    first = sum(a.weight for a, k in zip(aspects, of, strict=True) if k == 0) / sum(a.weight for a in aspects)
-    if first < MAIN_WEIGHT and len(set(of)) > 3:
-        return f"{len(set(of))} directions without a main one: a curved row"
-    return ""

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cityflow.core.arrays import FloatArray
-from cityflow.splitting.scores.running_median import block_medians
-from cityflow.splitting.scores.score_colour import DARK, Change
+from cityflow.core.arrays import Float32Array, FloatArray, IntArray
+from cityflow.splitting.scores.medians import block_medians
 
+DARK = 10.0
+"""Levels below which differences drown in noise."""
 SHARP_SHARE = (0.35, 0.65)
 """Share of a façade's height at which its colour changes just there: below the first it does not count, above the second wholly."""
 
@@ -31,13 +32,22 @@ def most_of(share: float) -> float:
     return float(np.clip((share - SHARP_SHARE[0]) / (SHARP_SHARE[1] - SHARP_SHARE[0]), 0, 1))
 
 
-def change_across(change: Change, u: float, sides: Sides, edges: np.ndarray, reach: tuple[float, float]) -> FloatArray:
-    """(B, C) relative change from before to after."""
-    at, (side, guard) = change.u, reach
+def change_across(
+    image: Float32Array, at: FloatArray, u: float, sides: Sides, edges: IntArray, reach: tuple[float, float]
+) -> FloatArray:
+    """(B, C) relative change from before to after a place; NaN where either is not known.
+
+    Parameters
+    ----------
+    image, at : (U, Z, C) levels, and (U,) where their columns stand, metres
+    edges : (B + 1,) of the bands, rows of the image
+    reach : how far from the place the sides end and begin, metres
+    """
+    side, guard = reach
     before = np.searchsorted(at, [max(sides.left + guard, u - side), u - guard])
     after = np.searchsorted(at, [u + guard, min(sides.right - guard, u + side)])
     if before[1] - before[0] < 2 or after[1] - after[0] < 2:
-        return np.full((len(edges) - 1, change.image.shape[2]), np.nan)
-    low = block_medians(change.image, (int(before[0]), int(before[1])), edges, 0.1).astype(np.float64)
-    high = block_medians(change.image, (int(after[0]), int(after[1])), edges, 0.1).astype(np.float64)
+        return np.full((len(edges) - 1, image.shape[2]), np.nan)
+    low = block_medians(image, (int(before[0]), int(before[1])), edges, 0.1).astype(np.float64)
+    high = block_medians(image, (int(after[0]), int(after[1])), edges, 0.1).astype(np.float64)
     return np.asarray((high - low) / (0.5 * (high + low) + DARK))

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
-from cityflow.splitting.scores.border_sides import Sides, change_across, most_of, share_of
-from cityflow.splitting.scores.score_colour import DARK, Change
+from cityflow.splitting.scores.border_sides import DARK, Sides, change_across, most_of, share_of
+from cityflow.splitting.scores.score_colour import Change
 
 FACADE_SIDE_M, FACADE_GUARD_M = 4.0, 0.2
 FACADE_LASTS_M = 8.0
@@ -38,10 +38,10 @@ def facade_change(changes: tuple[Change, ...], u: float, sides: Sides) -> Facade
         return FacadeChange()
     part = replace(best, image=np.ascontiguousarray(best.image[:, rows]))
     edges = np.array([0, part.image.shape[1]], np.int64)
-    ratio = change_across(part, u, sides, edges, (FACADE_SIDE_M, FACADE_GUARD_M))[0]
+    ratio = change_across(part.image, part.u, u, sides, edges, (FACADE_SIDE_M, FACADE_GUARD_M))[0]
     if not np.isfinite(ratio).all():
         return FacadeChange()
-    far = change_across(part, u, sides, edges, (FACADE_LASTS_M, FACADE_GUARD_M))[0]
+    far = change_across(part.image, part.u, u, sides, edges, (FACADE_LASTS_M, FACADE_GUARD_M))[0]
     left = float(far @ ratio) / max(float(ratio @ ratio), 1e-9) if np.isfinite(far).all() else 1.0
     size, hue = float(np.abs(ratio).max()), float(np.abs(ratio - ratio.mean()).max())
     return FacadeChange(size, hue, trust * most_of(left) * _sharp(part, u, ratio))

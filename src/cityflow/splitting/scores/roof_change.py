@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.splitting.scores.border_sides import Sides, change_across, share_of
-from cityflow.splitting.scores.score_colour import BANDS, DARK
+from cityflow.splitting.scores.border_sides import DARK, Sides, change_across, share_of
+from cityflow.splitting.scores.score_colour import BANDS, bands_of
 from cityflow.splitting.strips.strip_evidence import StripEvidence
 
 ROOF_SIDE_M = 3.0
@@ -38,10 +38,8 @@ def roof_change(evidence: StripEvidence, u: float, sides: Sides) -> RoofChange:
     change = evidence.roof_colour
     if change is None:
         return RoofChange()
-    inside = np.atleast_1d(np.isfinite(change.image[..., 0]).any(axis=0))
-    first, last = int(np.argmax(inside)), len(inside) - int(np.argmax(inside[::-1]))
-    edges = np.linspace(first, last, BANDS + 1).round().astype(np.int64)
-    ratio = change_across(change, u, sides, edges, (ROOF_SIDE_M, ROOF_GUARD_M))
+    edges = bands_of(np.atleast_1d(np.isfinite(change.image[..., 0]).any(axis=0)))
+    ratio = change_across(change.image, change.u, u, sides, edges, (ROOF_SIDE_M, ROOF_GUARD_M))
     known = np.isfinite(ratio).all(axis=1)
     if known.sum() < BANDS // 2:
         return RoofChange()
@@ -49,7 +47,7 @@ def roof_change(evidence: StripEvidence, u: float, sides: Sides) -> RoofChange:
     size, hue = float(np.abs(median).max()), float(np.abs(median - median.mean()).max())
     alike = float((ratio[known] @ median > 0.4 * float(median @ median)).mean())
     # an edge that runs askew, or fades, is no border at this place
-    near = change_across(change, u, sides, edges, (ROOF_SHARP_M, ROOF_SHARP_GUARD_M))
+    near = change_across(change.image, change.u, u, sides, edges, (ROOF_SHARP_M, ROOF_SHARP_GUARD_M))
     near = near[np.isfinite(near).all(axis=1)]
     sharp = share_of(near, median) if len(near) >= BANDS // 2 else 1.0
     return RoofChange(size, hue, alike * float(np.sqrt(sharp)), bool(median.mean() > 0))
@@ -64,7 +62,7 @@ def is_light(evidence: StripEvidence, u: float, sides: Sides, change: RoofChange
     v, at = evidence.roof.v, evidence.roof.u
     inside = np.flatnonzero(np.atleast_1d(np.isfinite(colour.image[..., 0]).any(axis=0)))
     edges = np.array([inside[0], inside[-1] + 1], np.int64)
-    roof = change_across(colour, u, sides, edges, (ROOF_SIDE_M, ROOF_GUARD_M))[0]
+    roof = change_across(colour.image, colour.u, u, sides, edges, (ROOF_SIDE_M, ROOF_GUARD_M))[0]
     low, high = evidence.strip.ends_at(u)
     columns = [(at > u - SHADOW_SIDE_M) & (at < u - 0.2), (at < u + SHADOW_SIDE_M) & (at > u + 0.2)]
     for beside in (v < low - 0.6, v > high + 0.6):
@@ -90,7 +88,7 @@ def shaded(evidence: StripEvidence, u: float, change: RoofChange) -> float:
 
 def _rise(evidence: StripEvidence, place: float) -> float:
     """Tangent of the steepest rise along the row from a place to roofs around it."""
-    height, at = evidence.height.rows, evidence.height.u
+    height, at = evidence.rows, evidence.roof.u
     known = np.isfinite(height).sum(axis=1) >= 0.4 * height.shape[1]
     here = known & (np.abs(at - place) < NEAREST_M)
     around = known & (np.abs(at - place) > NEAREST_M) & (np.abs(at - place) < FAR_M)

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.splitting.scores.running_median import lower_median
-from cityflow.splitting.scores.score_height import VALLEY_SLOPE
+from cityflow.splitting.scores.medians import lower_median
 from cityflow.splitting.strips.strip_evidence import StripEvidence
 
 SIDE_M, GUARD_M = 2.5, 0.25
@@ -33,7 +32,7 @@ class RoofStep:
 
 
 def roof_step(evidence: StripEvidence, u: float, limits: tuple[float, float]) -> RoofStep:
-    rows, at = evidence.height.rows, evidence.height.u
+    rows, at = evidence.rows, evidence.roof.u
     guard = max(GUARD_M, 1.5 * float(at[1] - at[0]))
     before = _lines(rows, at, (at > max(limits[0] + guard, u - SIDE_M)) & (at < u - guard), u)
     after = _lines(rows, at, (at < min(limits[1] - guard, u + SIDE_M)) & (at > u + guard), u)
@@ -46,18 +45,6 @@ def roof_step(evidence: StripEvidence, u: float, limits: tuple[float, float]) ->
     return RoofStep(
         float(np.median(np.abs(groups))), groups, unrest, float(np.median(before[1][known])), float(np.median(after[1][known])),
     )  # fmt: skip
-
-
-def bottom_of_valley(evidence: StripEvidence, u: float) -> float | None:
-    """Where the roofs before and after u meet, median over the depth; None where they do not both fall towards it, nearby."""
-    rows, at = evidence.height.rows, evidence.height.u
-    guard = max(GUARD_M, 1.5 * float(at[1] - at[0]))
-    before = _lines(rows, at, (at > u - SIDE_M) & (at < u - guard), u)
-    after = _lines(rows, at, (at < u + SIDE_M) & (at > u + guard), u)
-    valley = (before[1] < -VALLEY_SLOPE) & (after[1] > VALLEY_SLOPE)
-    if valley.sum() < max(3, 0.4 * rows.shape[1]):
-        return None
-    return u + float(np.median((before[0] - after[0])[valley] / (after[1] - before[1])[valley]))
 
 
 def _apart(difference: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
+from cityflow.splitting.borders.roof_marks import RoofMarks
 from cityflow.splitting.scores.score_colour import Change
 from cityflow.splitting.strips.strip_evidence import StripEvidence, at_stations
 
@@ -17,6 +18,8 @@ CLEAR = 3.5
 FACADE_CLEAR = 5.0
 SECOND_FACADE = 0.6
 VALLEY = 3.0
+STRAIGHT_M = 0.12
+"""What is farther from its line, in the mean, is no slope: a step lies within reach."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +36,7 @@ class Score:
 def score(evidence: StripEvidence) -> Score:
     """Add up the evidence at every station; segments count as Dahlke has it, most where they are coplanar."""
     stations = len(evidence.stations)
-    height = _saturating(evidence.height.significance, CLEAR) * at_stations(evidence.height.share) ** 2
-    height = height + VALLEY * np.minimum(evidence.height.valley, 1.0)
+    height = np.interp(evidence.stations, evidence.marks.u, of_shape(evidence.marks))
     roof = np.zeros(stations)
     if evidence.roof_colour is not None:
         roof = _saturating(evidence.roof_colour.significance, CLEAR)
@@ -42,6 +44,11 @@ def score(evidence: StripEvidence) -> Score:
     facade = np.maximum(one, other) + SECOND_FACADE * np.minimum(one, other)
     segments = _segments(evidence)
     return Score(height + roof + facade + segments, height, roof, facade, segments)
+
+
+def of_shape(marks: RoofMarks) -> FloatArray:
+    """(S,) at the places of the marks; where a step lies within reach there is no valley."""
+    return np.asarray(MOST * marks.step**2 + np.where(marks.off < STRAIGHT_M, VALLEY * marks.valley, 0.0))
 
 
 def _saturating(size: FloatArray, at: float) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
-from cityflow.splitting.scores.score_colour import DARK
+from cityflow.splitting.scores.border_sides import DARK
 from cityflow.splitting.strips.axis_strips import AxisStrip
 from cityflow.splitting.strips.strip_rasters import FacadeRaster
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.splitting.segments.segment_strips import ACROSS, LEFT, RIGHT, Jumps, Strips, jumps, strips
 
 AGREEING = 1.5
@@ -41,46 +41,34 @@ class Courses:
     meet: FloatArray
 
 
-def unbroken(
-    dsm: Float32Array, ends: FloatArray, cell: float, step_m: float, least_cells: float
-) -> tuple[FloatArray, IntArray]:
-    """Lines cut where the heights along them jump: a ridge over two houses of different height is two ridges.
+def unbroken(dsm: Float32Array, ends: FloatArray, step_m: float, least_cells: float) -> FloatArray:
+    """(M, 2, 2) lines, in their order, cut where the heights along them jump: a ridge over two houses of different height is two ridges.
 
     Parameters
     ----------
     ends : (N, 2, 2) as in `courses`
     step_m : smaller jumps are borne
     least_cells : no piece is shorter
-
-    Returns
-    -------
-    (M, 2, 2) pieces, and (M,) the line that each is of
     """
-    dsm, whole = np.ascontiguousarray(dsm, np.float32), np.arange(len(ends))
-    done, done_of, pieces, of = [ends[:0]], [whole[:0]], ends, whole
+    done, done_of, of = [ends[:0]], [np.arange(0)], np.arange(len(ends))
     for _ in range(MOST_CUTS):
-        long = np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1) >= 2 * least_cells
-        candidates = np.ascontiguousarray(pieces[long])
-        place, jumped = _places(jumps(dsm, candidates, cell, least_cells), strips(dsm, candidates, cell, False), step_m)
-        long[long] = jumped
-        done, done_of = [*done, pieces[~long]], [*done_of, of[~long]]
-        middle = pieces[long, 0] + place[jumped, None] * (pieces[long, 1] - pieces[long, 0])
-        first, second = np.stack([pieces[long, 0], middle], axis=1), np.stack([middle, pieces[long, 1]], axis=1)
-        pieces, of = np.concatenate([first, second]), np.concatenate([of[long], of[long]])
-    every, every_of = np.concatenate([*done, pieces]), np.concatenate([*done_of, of])
-    order = np.argsort(every_of, kind="stable")
-    return every[order], every_of[order]
+        long = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) >= 2 * least_cells
+        place, long[long] = _places(jumps(dsm, ends[long], least_cells), step_m)
+        done, done_of = [*done, ends[~long]], [*done_of, of[~long]]
+        middle = ends[long, 0] + place[:, None] * (ends[long, 1] - ends[long, 0])
+        ends = np.stack([ends[long, 0], middle, middle, ends[long, 1]], axis=1).reshape(-1, 2, 2)
+        of = np.repeat(of[long], 2)
+    order = np.argsort(np.concatenate([*done_of, of]), kind="stable")
+    return np.concatenate([*done, ends])[order]
 
 
-def _places(found: Jumps, sides: Strips, step_m: float) -> tuple[FloatArray, BoolArray]:
-    """Where each line jumps, and whether it does: the upper side at a step, else both sides at one place."""
-    gap = (sides.of(LEFT).z - sides.of(RIGHT).z).mean(axis=1)
-    row, upper = np.arange(len(gap)), np.where(gap > 0, LEFT, RIGHT)
+def _places(found: Jumps, step_m: float) -> tuple[FloatArray, BoolArray]:
+    """Where those lines jump that do, and which these are: by the upper side at a step, else by both sides at one place."""
+    row, upper = np.arange(len(found.gap)), np.where(found.gap > 0, LEFT, RIGHT)
     sure = np.abs(found.height) > np.maximum(0.6 * step_m, SURE_JUMP * found.sigma)
     alike = sure.all(axis=1) & (np.ptp(found.share, axis=1) < 0.15) & (found.height.prod(axis=1) > 0)
-    with np.errstate(invalid="ignore"):
-        is_step = np.abs(gap) > 2 * step_m
-    return found.share[row, upper], np.where(is_step, sure[row, upper], alike)
+    jumped = np.where(np.abs(found.gap) > 2 * step_m, sure[row, upper], alike)
+    return found.share[row, upper][jumped], jumped
 
 
 def courses(dsm: Float32Array, ends: FloatArray, cell: float, step_m: float) -> Courses:
@@ -93,7 +81,7 @@ def courses(dsm: Float32Array, ends: FloatArray, cell: float, step_m: float) -> 
     cell : metres
     step_m : sides that differ by more are a step, and the upper one carries the line
     """
-    found = strips(np.ascontiguousarray(dsm, np.float32), np.ascontiguousarray(ends, np.float64), cell, True)
+    found = strips(dsm, ends, cell)
     left, right, across = found.of(LEFT), found.of(RIGHT), found.of(ACROSS)
     gap = (left.z - right.z).mean(axis=1)
     gap_sigma = np.hypot(_sigma(left), _sigma(right))

@@ -36,13 +36,11 @@ class EdgeImage:
     pixels : (rows, cols) uint8
     usable : (rows, cols) bool, where the pixels say something
     factor : cells of the local frame's grid per pixel
-    crease : True where a line is a change of slope, not of height or colour
     """
 
     pixels: ByteArray
     usable: BoolArray
     factor: int = 1
-    crease: bool = False
 
 
 def ortho_images(ortho: NDArray[np.uint8] | NDArray[np.uint16], seen: BoolArray, cell: float) -> list[EdgeImage]:
@@ -102,7 +100,7 @@ def crease_images(dsm: Float32Array, known: BoolArray, cell: float) -> list[Edge
     noise = _noise(coarse, there) / (ground * np.sqrt(12.0))
     levels = min(110.0, 2 * NOISE_LEVELS / max(noise, 1e-6))
     turned = ((dx + dy) * np.sqrt(0.5), (dx - dy) * np.sqrt(0.5))
-    return [EdgeImage(_bytes(d / length * levels, there), there, factor, True) for d in turned]
+    return [EdgeImage(_bytes(d / length * levels, there), there, factor) for d in turned]
 
 
 def _beyond_grey(bands: Float32Array, grey: Float32Array, seen: BoolArray) -> Float32Array | None:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
 from shapely import Polygon
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.splitting import ORTHO, FrameRasters, Segments
 from cityflow.splitting.segments.line_repeats import without_repeats
 from cityflow.splitting.segments.segment_heights import Courses, courses, unbroken
-from cityflow.splitting.segments.segment_lines import SAME_CELLS, SAME_DEG, Lines
+from cityflow.splitting.segments.segment_lines import lengths
 
+SAME_CELLS, SAME_DEG = 1.6, 8.0
+"""Lines that are nearer to one another, and turned by less, repeat one another."""
 SURE = 3.0
 """Standard deviations that a step or a bend must be above zero."""
 LEAST_PIECE_M = 1.5
@@ -46,57 +48,57 @@ class Limits:
 
 
 def segments_in_space(
-    lines: Lines, raster: FrameRasters, index: int, layer: int, names: tuple[str, ...], limits: Limits
+    lines: FloatArray, raster: FrameRasters, index: int, layer: int, names: tuple[str, ...], limits: Limits
 ) -> Segments:
     """Lines whose course is known, inside the outline, in the world.
 
     Parameters
     ----------
     raster : its surface tells the heights
+    lines : as `segment_lines` finds them
     index, names : number of the local frame, and names of all of them
     """
     cell = raster.grid.cell
-    pieces, whole = unbroken(raster.dsm, lines.ends, cell, limits.step_m, LEAST_PIECE_M / cell)
-    lines = replace(lines.take(whole), ends=pieces)
-    course = courses(raster.dsm, lines.ends, cell, limits.step_m)
+    lines = unbroken(raster.dsm, lines, limits.step_m, LEAST_PIECE_M / cell)
+    course = courses(raster.dsm, lines, cell, limits.step_m)
     known = (course.scatter <= limits.scatter_m) & (course.sigma <= limits.sigma_m)
     z = course.z
     if layer != ORTHO:
         step, crease = _seen_in_surface(course, limits)
         known &= step | crease
         lines, z = _at_creases(raster, lines, course, limits)
-    first = without_repeats(lines.ends, _trust(lines, known, layer), SAME_CELLS, SAME_DEG)
-    lines, z = lines.take(known & first), z[known & first]
-    start, end = (raster.frame.to_world(_frame_xyz(raster, lines.ends[:, i], z[:, i])) for i in (0, 1))
-    found = Segments(
-        start, end, np.full(len(start), index, np.int64), np.full(len(start), layer, np.uint8), _strength(lines), names
-    )
+    first = without_repeats(lines, _trust(lines, known, layer), SAME_CELLS, SAME_DEG)
+    lines, z = lines[known & first], z[known & first]
+    start, end = (raster.frame.to_world(_frame_xyz(raster, lines[:, i], z[:, i])) for i in (0, 1))
+    found = Segments(start, end, np.full(len(start), index, np.int64), np.full(len(start), layer, np.uint8), names)
     return found.take((found.length >= limits.least_length_m) & within(found, limits.near, limits.lowest))
 
 
-def _trust(lines: Lines, known: BoolArray, layer: int) -> IntArray:
+def _trust(lines: FloatArray, known: BoolArray, layer: int) -> IntArray:
     """Those of a known course, in an ortho as they come (grey before colour), in a surface the longest first."""
-    order = np.arange(len(lines)) if layer == ORTHO else np.argsort(-lines.length, kind="stable")
+    order = np.arange(len(lines)) if layer == ORTHO else np.argsort(-lengths(lines), kind="stable")
     return order[known[order]]
 
 
-def _at_creases(raster: FrameRasters, lines: Lines, course: Courses, limits: Limits) -> tuple[Lines, FloatArray]:
+def _at_creases(
+    raster: FrameRasters, lines: FloatArray, course: Courses, limits: Limits
+) -> tuple[FloatArray, FloatArray]:
     """Lines moved to where the planes of both sides meet, with the heights there, if the surface is a crease there indeed.
 
     If it was a step after all, one of the sides has the step in its midst now, and scatters.
     """
-    d = lines.ends[:, 1] - lines.ends[:, 0]
+    d = lines[:, 1] - lines[:, 0]
     left = np.column_stack([-d[:, 1], d[:, 0]]) / np.maximum(np.linalg.norm(d, axis=1), 1e-9)[:, None]
     with np.errstate(invalid="ignore"):
         bends = course.bend_deg >= np.maximum(limits.least_bend_deg, SURE * course.bend_sigma_deg)
         meets = np.flatnonzero(bends & (np.abs(course.meet) <= AWAY_CELLS).all(axis=1))
-    there = lines.ends[meets] + course.meet[meets, :, None] * left[meets, None]
+    there = lines[meets] + course.meet[meets, :, None] * left[meets, None]
     again = courses(raster.dsm, there, raster.grid.cell, limits.step_m)
     with np.errstate(invalid="ignore"):
         better = (again.step <= 0.5 * limits.step_m) & (again.scatter <= 1.1 * course.scatter[meets])
-    ends, z = lines.ends.copy(), course.z.copy()
+    ends, z = lines.copy(), course.z.copy()
     ends[meets[better]], z[meets[better]] = there[better], again.z[better]
-    return replace(lines, ends=ends), z
+    return ends, z
 
 
 def _seen_in_surface(course: Courses, limits: Limits) -> tuple[BoolArray, BoolArray]:
@@ -122,8 +124,3 @@ def _frame_xyz(raster: FrameRasters, places: FloatArray, z: FloatArray) -> Float
     grid = raster.grid
     x = grid.x_min + (places[:, 0] + 0.5) * grid.cell
     return np.column_stack([x, grid.y_max - (places[:, 1] + 0.5) * grid.cell, z])
-
-
-def _strength(lines: Lines) -> Float32Array:
-    """Longer and of more contrast is more distinct; 20 cells or 25 levels give two thirds each."""
-    return ((1 - np.exp(-lines.length / 20)) * (1 - np.exp(-lines.contrast / 25))).astype(np.float32)

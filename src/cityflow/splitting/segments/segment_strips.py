@@ -6,16 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cityflow.core.arrays import Float32Array, FloatArray
-from cityflow.core.kernels import njit
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.splitting.scores.medians import lower_median
 
 LEFT, RIGHT, ACROSS = 0, 1, 2
-STATIONS = 24
-"""Places along a line at which heights are looked up; more do not make it surer."""
-ROWS = 5
+STATIONS, ROWS = 24, 5
+"""Places along a line, and to one side of it, at which heights are looked up; more do not make it surer."""
 ROUNDS = 4
-BINS = 12
-"""Of a line, in which heights are summed up to see whether they jump."""
 INNER_CELLS, OUTER_CELLS, WIDE_CELLS = 1.0, 5.0, 14.0
 """A matched step is smeared over a cell or two: the nearest cells belong to neither side."""
 NOISY_CELLS = 0.5
@@ -51,208 +48,116 @@ class Strips(NamedTuple):
         )
 
 
-class Jumps(NamedTuple):
-    """Where heights jump along a line, by side (N, 2): share of the way, height of the jump and its standard deviation, metres."""
-
-    share: FloatArray
-    height: FloatArray
-    sigma: FloatArray
-
-
-class _Samples(NamedTuple):
-    """Heights beside a line: share of the way from its middle, cells to the side, metres."""
-
-    t: FloatArray
-    u: FloatArray
-    z: FloatArray
-
-
-class _Fit(NamedTuple):
-    start: float
-    end: float
-    scatter: float
-    slope: float
-    independent: float
-    width: float
-
-
-@njit(cache=True, nogil=True)
-def strips(dsm: Float32Array, ends: FloatArray, cell: float, fully: bool) -> Strips:
+def strips(dsm: Float32Array, ends: FloatArray, cell: float) -> Strips:
     """Of the left side, the right side, and both as one plane.
 
     Parameters
     ----------
     dsm : (rows, cols) float32, metres
     ends : (N, 2, 2) column and row of start and end, counted from the centre of the first cell
-    fully : if False, only the sides, and those only near the line
     """
-    shape = (len(ends), 3)
-    result = Strips(
-        np.full((len(ends), 3, 2), np.nan), np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
-    )  # fmt: skip
-    room = _room()
-    for i in range(len(ends)):
-        length = np.hypot(ends[i, 1, 0] - ends[i, 0, 0], ends[i, 1, 1] - ends[i, 0, 1])
-        if length < 1e-6:
-            continue
-        for side in range(3 if fully else 2):
-            fit = _strip(dsm, ends[i], (length, OUTER_CELLS, cell), side, room)
-            if fully and fit.scatter > NOISY_CELLS * cell:
-                wide = _strip(dsm, ends[i], (length, WIDE_CELLS, cell), side, room)
-                fit = wide if wide.scatter <= STILL_FLAT * fit.scatter else fit
-            result.z[i, side, 0], result.z[i, side, 1] = fit.start, fit.end
-            result.scatter[i, side], result.slope[i, side] = fit.scatter, fit.slope
-            result.independent[i, side], result.width[i, side] = fit.independent, fit.width
-    return result
+    narrow = _strips(dsm, ends, cell, OUTER_CELLS)
+    noisy = np.flatnonzero((narrow.scatter > NOISY_CELLS * cell).any(axis=1))
+    wide = _strips(dsm, ends[noisy], cell, WIDE_CELLS)
+    with np.errstate(invalid="ignore"):
+        taken = (narrow.scatter[noisy] > NOISY_CELLS * cell) & (wide.scatter <= STILL_FLAT * narrow.scatter[noisy])
+    line, side = noisy[np.nonzero(taken)[0]], np.nonzero(taken)[1]
+    for whole, part in zip(narrow, wide, strict=True):
+        whole[line, side] = part[taken]
+    return narrow
 
 
-@njit(cache=True, nogil=True)
-def jumps(dsm: Float32Array, ends: FloatArray, cell: float, least_cells: float) -> Jumps:
-    """Where each side's heights jump along the line.
+class _Heights(NamedTuple):
+    """(N, M) heights beside lines, NaN unknown: share of the way from the middle, cells to the right, metres; (M,) on the left."""
 
-    The jump is 0 for lines shorter than twice `least_cells`.
-    """
-    shape = (len(ends), 2)
-    result = Jumps(np.zeros(shape), np.zeros(shape), np.zeros(shape))
-    room = _room()
-    for i in range(len(ends)):
-        length = np.hypot(ends[i, 1, 0] - ends[i, 0, 0], ends[i, 1, 1] - ends[i, 0, 1])
-        if length < 2 * least_cells:
-            continue
-        for side in range(2):
-            count = _gather(dsm, ends[i], (length, OUTER_CELLS), STATIONS, 1.0 - 2.0 * side, room, 0)
-            if count < LEAST_KNOWN * STATIONS * ROWS:
-                continue
-            near = _first(room, count)
-            start, end, _, slope = _fit(near, cell)
-            rest = near.z - start - (end - start) * (near.t + 0.5) - slope * cell * near.u
-            found = _jump(near.t, rest, least_cells / length)
-            result.share[i, side], result.height[i, side], result.sigma[i, side] = found
-    return result
+    t: FloatArray
+    u: FloatArray
+    z: FloatArray
+    left: BoolArray
 
 
-@njit(cache=True, nogil=True)
-def _room() -> _Samples:
-    most = STATIONS * ROWS * 2
-    return _Samples(np.empty(most), np.empty(most), np.empty(most))
+def _heights(dsm: Float32Array, ends: FloatArray, outer: float) -> _Heights:
+    """Of the centres of the cells met at `STATIONS` places along each line, `ROWS` to either side up to so many cells away."""
+    along = ends[:, 1] - ends[:, 0]
+    length = np.maximum(np.linalg.norm(along, axis=1), 1e-6)[:, None]
+    x, y = (along / length).T[..., None]
+    off = INNER_CELLS + (outer - INNER_CELLS) * (np.arange(ROWS) + 0.5) / ROWS
+    s = length * np.repeat((np.arange(STATIONS) + 0.5) / STATIONS, 2 * ROWS)
+    w = np.tile(np.concatenate([off, -off]), STATIONS)
+    col = np.floor(ends[:, 0, :1] + s * x - w * y + 0.5).astype(np.int64)
+    row = np.floor(ends[:, 0, 1:] + s * y + w * x + 0.5).astype(np.int64)
+    inside = (row >= 0) & (col >= 0) & (row < dsm.shape[0]) & (col < dsm.shape[1])
+    z = np.where(inside, dsm[np.where(inside, row, 0), np.where(inside, col, 0)], np.nan).astype(np.float64)
+    dx, dy = col - ends[:, 0, :1], row - ends[:, 0, 1:]
+    return _Heights((dx * x + dy * y) / length - 0.5, dy * x - dx * y, z, w > 0)
 
 
-@njit(cache=True, nogil=True)
-def _first(samples: _Samples, count: int) -> _Samples:
-    return _Samples(samples.t[:count], samples.u[:count], samples.z[:count])
+def _strips(dsm: Float32Array, ends: FloatArray, cell: float, outer: float) -> Strips:
+    """With strips that reach so many cells to either side."""
+    t, u, z, left = _heights(dsm, ends, outer)
+    parts = [_fit(t[:, of], u[:, of], z[:, of], cell) for of in (left, ~left, np.ones(len(left), bool))]
+    start, end, scatter, slope, known = (np.stack(p, axis=1) for p in zip(*parts, strict=True))
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    width = (outer - INNER_CELLS) * np.array([1.0, 1.0, 2.0])
+    independent = np.maximum(known * length[:, None] * width / ALIKE_CELLS**2, 1.0)
+    every = Strips(
+        np.stack([start, end], axis=2), scatter, slope, independent, np.broadcast_to(width * cell, known.shape)
+    )
+    there = known >= LEAST_KNOWN
+    return Strips(*(np.where(there if a.ndim == 2 else there[..., None], a, np.nan) for a in every))
 
 
-@njit(cache=True, nogil=True)
-def _jump(t: FloatArray, rest: FloatArray, margin: float) -> tuple[float, float, float]:
-    """Share, height and standard deviation of the step that explains most of what a straight course leaves, in medians of bins along the line."""
-    x, y, bins = np.empty(BINS), np.empty(BINS), 0
-    first = 0
-    for k in range(BINS):
-        last = first
-        while last < len(t) and t[last] < (k + 1) / BINS - 0.5:
-            last += 1
-        if last - first >= 3:
-            x[bins], y[bins] = (k + 0.5) / BINS, np.median(rest[first:last])
-            bins += 1
-        first = last
-    if bins < 6:
-        return 0.0, 0.0, 0.0
-    x, y = x[:bins], y[:bins]
-    x0 = x.mean()
-    spread = ((x - x0) ** 2).sum()
-    straight = y - y.mean() - ((x - x0) * y).sum() / spread * (x - x0)
-    gain, found = 0.0, (0.0, 0.0, 0.0)
-    for k in range(1, bins):
-        at = 0.5 * (x[k - 1] + x[k])
-        if at < margin or at > 1 - margin:
-            continue
-        step = np.zeros(bins)
-        step[k:] = 1.0
-        step -= step.mean() + ((x - x0) * step).sum() / spread * (x - x0)
-        size = (step * straight).sum() / (step * step).sum()
-        if size * (step * straight).sum() > gain:
-            gain = size * (step * straight).sum()
-            found = at, size, 2.5 * np.abs(straight - size * step).mean()
-    return found
+class Jumps(NamedTuple):
+    """Where heights jump along a line, by side (N, 2): share of the way, height of the jump and its standard deviation, metres, 0 where not known; and
+    (N,) how much higher the left side is."""
+
+    share: FloatArray
+    height: FloatArray
+    sigma: FloatArray
+    gap: FloatArray
 
 
-@njit(cache=True, nogil=True)
-def _strip(
-    dsm: Float32Array, ends: FloatArray, size: tuple[float, float, float], side: int, room: _Samples
-) -> _Fit:  # fmt: skip
-    length, outer, cell = size
-    stations = min(max(int(length), 4), STATIONS)
-    first, last = (1.0, 1.0) if side == LEFT else ((-1.0, -1.0) if side == RIGHT else (-1.0, 1.0))
-    count, asked, sign = 0, 0, first
-    while True:
-        count = _gather(dsm, ends, (length, outer), stations, sign, room, count)
-        asked += stations * ROWS
-        if sign >= last:
-            break
-        sign = last
-    if count < LEAST_KNOWN * asked:
-        return _Fit(np.nan, np.nan, np.nan, np.nan, np.nan, np.nan)
-    start, end, scatter, slope = _fit(_first(room, count), cell)
-    width = (outer - INNER_CELLS) * (2.0 if side == ACROSS else 1.0)
-    return _Fit(start, end, scatter, slope, max(count / asked * length * width / ALIKE_CELLS**2, 1.0), width * cell)
+def jumps(dsm: Float32Array, ends: FloatArray, least_cells: float) -> Jumps:
+    """The step that explains most of what a straight course leaves, in medians across the strip; none nearer to an end than so many cells."""
+    _, _, z, left = _heights(dsm, ends, OUTER_CELLS)
+    places = (np.arange(STATIONS) + 0.5) / STATIONS
+    axes = np.linalg.qr(np.column_stack([np.ones(STATIONS), places]))[0]
+    steps = np.tri(STATIONS, STATIONS - 1, -1)
+    steps -= axes @ (axes.T @ steps)
+    square = (steps**2).sum(axis=0)
+    margin = least_cells / np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    near_end = np.minimum(places[1:], 1 - places[1:])[None] - 0.5 / STATIONS < margin[:, None]
+    found, level = [], []
+    for side in (left, ~left):
+        heights = z[:, side].reshape(len(z), STATIONS, ROWS)
+        course = lower_median(heights, np.isfinite(heights))
+        known = np.isfinite(course)
+        course = np.where(known, course, lower_median(course, known)[:, None])
+        straight = course - (course @ axes) @ axes.T
+        size = straight @ steps / square
+        k = np.argmax(np.where(near_end, -1.0, size**2 * square), axis=1)
+        height = np.take_along_axis(size, k[:, None], axis=1)[:, 0]
+        sigma = 2.5 * np.abs(straight - height[:, None] * steps.T[k]).mean(axis=1)
+        good = known.mean(axis=1) > LEAST_KNOWN
+        level.append(np.where(good, course.mean(axis=1), np.nan))
+        found.append((places[k] + 0.5 / STATIONS, np.where(good, height, 0.0), np.where(good, sigma, 0.0)))
+    share, jump, spread = (np.stack(part, axis=1) for part in zip(*found, strict=True))
+    return Jumps(share, jump, spread, level[0] - level[1])
 
 
-@njit(cache=True, nogil=True)
-def _gather(
-    dsm: Float32Array, ends: FloatArray, size: tuple[float, float], stations: int, sign: float,
-    room: _Samples, count: int,
-) -> int:  # fmt: skip
-    """Known heights on one side: share of the way, cells across and metres, of the centres of the cells met."""
-    length, outer = size
-    rows, cols = dsm.shape
-    along_x, along_y = (ends[1, 0] - ends[0, 0]) / length, (ends[1, 1] - ends[0, 1]) / length
-    for k in range(stations):
-        s = length * (k + 0.5) / stations
-        for j in range(ROWS):
-            w = sign * (INNER_CELLS + (outer - INNER_CELLS) * (j + 0.5) / ROWS)
-            col = int(np.floor(ends[0, 0] + s * along_x - w * along_y + 0.5))
-            row = int(np.floor(ends[0, 1] + s * along_y + w * along_x + 0.5))
-            if row < 0 or col < 0 or row >= rows or col >= cols or not np.isfinite(dsm[row, col]):
-                continue
-            x, y = col - ends[0, 0], row - ends[0, 1]
-            room.t[count] = (x * along_x + y * along_y) / length - 0.5
-            room.u[count] = y * along_x - x * along_y
-            room.z[count] = dsm[row, col]
-            count += 1
-    return count
-
-
-@njit(cache=True, nogil=True)
-def _fit(samples: _Samples, cell: float) -> tuple[float, float, float, float]:
-    """Height at start and end, scatter and slope of a plane by least absolute deviations: reweighted least squares from the median."""
-    t, u, z = samples
-    n = len(t)
-    rest = np.empty(n)
-    middle = np.median(z)
-    a, b, c = 0.0, 0.0, 0.0
-    for turn in range(ROUNDS):
-        w0, wt, wu, wtt, wtu, wuu, wz, wtz, wuz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for i in range(n):
-            zi = z[i] - middle
-            w = 1.0 if turn == 0 else 1.0 / max(abs(zi - a - b * t[i] - c * u[i]), 0.1 * cell)
-            w0 += w
-            wt += w * t[i]
-            wu += w * u[i]
-            wtt += w * t[i] * t[i]
-            wtu += w * t[i] * u[i]
-            wuu += w * u[i] * u[i]
-            wz += w * zi
-            wtz += w * t[i] * zi
-            wuz += w * u[i] * zi
-        w0 *= 1.0 + 1e-9
-        wtt += 1e-9 * w0
-        wuu += 1e-9 * w0
-        # Cramer's rule: a call of a solver costs more than the sums
-        p, q, r = wtt * wuu - wtu * wtu, wtu * wu - wt * wuu, wt * wtu - wtt * wu
-        det = w0 * p + wt * q + wu * r
-        a = (wz * p + wtz * q + wuz * r) / det
-        b = (wz * q + wtz * (w0 * wuu - wu * wu) + wuz * (wt * wu - w0 * wtu)) / det
-        c = (wz * r + wtz * (wt * wu - w0 * wtu) + wuz * (w0 * wtt - wt * wt)) / det
-    for i in range(n):
-        rest[i] = abs(z[i] - middle - a - b * t[i] - c * u[i])
-    return middle + a - 0.5 * b, middle + a + 0.5 * b, 1.4826 * np.median(rest), c / cell
+def _fit(t: FloatArray, u: FloatArray, z: FloatArray, cell: float) -> tuple[FloatArray, ...]:
+    """(N,) each: height at start and end, scatter, slope, and known share of planes by least absolute deviations: reweighted least squares from the median."""
+    known = np.isfinite(z)
+    middle = np.nan_to_num(lower_median(z, known))
+    values = np.where(known, z - middle[:, None], 0.0)
+    axes = np.stack([np.ones_like(t), t, u], axis=2)
+    weight, plane = known.astype(np.float64), np.zeros((len(z), 3))
+    for _ in range(ROUNDS):
+        weighted = (axes * weight[..., None]).transpose(0, 2, 1)
+        normal = weighted @ axes + 1e-9 * np.maximum(weight.sum(axis=1), 1.0)[:, None, None] * np.eye(3)
+        plane = np.linalg.solve(normal, weighted @ values[..., None])[..., 0]
+        off = np.abs(values - (axes @ plane[..., None])[..., 0])
+        weight = known / np.maximum(off, 0.1 * cell)
+    a, b, c = plane.T
+    scatter = 1.4826 * np.nan_to_num(lower_median(off, known))
+    return middle + a - 0.5 * b, middle + a + 0.5 * b, scatter, c / cell, known.mean(axis=1)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from cityflow.core.splitting import ORTHO, SURFACE, FrameRasters, Segments, SplitEvidence, joined_segments
-from cityflow.splitting.segments.lidar_segments import lidar_segments
 from cityflow.splitting.segments.segment_images import EdgeImage, ortho_images, surface_images
 from cityflow.splitting.segments.segment_lines import lines_of
 from cityflow.splitting.segments.segment_space import Limits, segments_in_space
-from cityflow.splitting.strips.raster_windows import covered, evidence_window, highest
+from cityflow.splitting.strips.raster_windows import covered, highest
 
 LEAST_LENGTH_M, LEAST_LENGTH_CELLS = 0.6, 7.0
 """Shorter segments are dropped, by their length in space, and by that in the raster."""
@@ -20,23 +19,20 @@ SCATTER_CELLS, SIGMA_CELLS = 3.5, 1.0
 
 
 def find_segments(evidence: SplitEvidence) -> Segments:
-    """Segments of every local frame's ortho and surface model inside the outline; of LiDAR where there are no pictures.
+    """Segments of every local frame's ortho and surface model inside the outline.
 
     Parameters
     ----------
-    evidence : local frames may reach beyond the outline; only windows of them are read
+    evidence : local frames may reach beyond the outline, but what they show there is no segment
     """
     names = tuple(f.frame.name for f in evidence.frames)
-    if evidence.points is not None and all(f.ortho is None for f in evidence.frames):
-        return lidar_segments(evidence)
     if not evidence.frames or evidence.outline.is_empty:
         return joined_segments([], names)
     ground = evidence.ground_height - BELOW_GROUND_M
     heights = ground, highest(evidence.frames[0], evidence.outline, evidence.ground_height)
     parts: list[Segments] = []
     for index, raster in enumerate(evidence.frames):
-        for window in evidence_window([raster], evidence.outline, heights, OUTSIDE_M + 1):
-            parts += _of_frame(window, index, names, evidence, heights)
+        parts += _of_frame(raster, index, names, evidence, heights)
     return joined_segments(parts, names)
 
 

@@ -1,9 +1,8 @@
-"""The part of each local frame's rasters that an outline with its façades covers."""
+"""The cells of a local frame's rasters that an outline with its façades covers."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import cv2
 import numpy as np
@@ -14,36 +13,6 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.splitting import FrameRasters
-
-
-def evidence_window(
-    frames: Sequence[FrameRasters], outline: Polygon, z_range: tuple[float, float], margin: float = 2.0
-) -> tuple[FrameRasters, ...]:
-    """Views into the rasters over `outline` between two heights; local frames that do not reach it are left out.
-
-    Parameters
-    ----------
-    frames : rasters of larger areas
-    outline : world metres
-    z_range : ground and highest roof, world metres
-    margin : metres around
-    """
-    cut = (_cut(f, window_grid(f.frame, f.grid, outline, z_range, margin)) for f in frames)
-    return tuple(f for f in cut if f is not None)
-
-
-def window_grid(
-    frame: LocalFrame, grid: Grid, outline: Polygon, z_range: tuple[float, float], margin: float = 2.0
-) -> Grid | None:
-    """The part of `grid` that `outline` between two heights falls on, or None where it misses the grid."""
-    corners = np.concatenate([_ring_at(outline, z, frame) for z in z_range])
-    low, high = corners[:, :2].min(axis=0) - margin, corners[:, :2].max(axis=0) + margin
-    rows, cols = grid.indices(np.array([low[0], high[0]]), np.array([high[1], low[1]]))
-    row_0, row_1 = max(int(rows[0]), 0), min(int(rows[1]) + 1, grid.rows)
-    col_0, col_1 = max(int(cols[0]), 0), min(int(cols[1]) + 1, grid.cols)
-    if row_1 <= row_0 or col_1 <= col_0:
-        return None
-    return Grid(grid.x_min + col_0 * grid.cell, grid.y_max - row_0 * grid.cell, grid.cell, row_1 - row_0, col_1 - col_0)
 
 
 def covered(raster: FrameRasters, outline: Polygon, z_range: tuple[float, float], grow: float) -> BoolArray:
@@ -70,17 +39,6 @@ def _ring_at(outline: Polygon, z: float, frame: LocalFrame) -> FloatArray:
 def _cells(xyz: FloatArray, grid: Grid) -> FloatArray:
     """Column and row, fractional, counted from the centre of the first cell."""
     return np.column_stack([(xyz[:, 0] - grid.x_min), (grid.y_max - xyz[:, 1])]) / grid.cell - 0.5
-
-
-def _cut(raster: FrameRasters, part: Grid | None) -> FrameRasters | None:
-    if part is None:
-        return None
-    row = round((raster.grid.y_max - part.y_max) / part.cell)
-    col = round((part.x_min - raster.grid.x_min) / part.cell)
-    window = (slice(row, row + part.rows), slice(col, col + part.cols))
-    ortho = None if raster.ortho is None else raster.ortho[:, *window]
-    seen = None if raster.seen is None else raster.seen[window]
-    return FrameRasters(raster.frame, part, raster.dsm[window], ortho, seen)
 
 
 def highest(raster: FrameRasters, outline: Polygon, ground_height: float) -> float:

@@ -22,6 +22,8 @@ CELL_M = 0.25
 """Coverage is counted in cells of this size, up the façade and along the slice."""
 BESIDE_M = 0.25
 """Slices so near to a place tell of it."""
+USUAL_EAVES_M = 6.0
+"""Height of eaves that are not known."""
 FACADE_REACH_M = 1.0
 """How far upright segments may stand from the outline: eaves, reveals, bays."""
 
@@ -81,56 +83,34 @@ def slice_evidence(
     step = float(strip.stations[1] - strip.stations[0])
     at = np.floor((uv[:, 0] - strip.stations[0]) / step + 0.5).astype(np.int64)
     within = (at >= 0) & (at < len(strip.stations))
-    within[within] &= (uv[within, 1] > strip.low[at[within]] - FACADE_REACH_M) & (
-        uv[within, 1] < strip.high[at[within]] + FACADE_REACH_M
-    )
-    vertical = [
-        _upright_share(strip, points, uv, at, within, end, eaves, ground)
-        for end, eaves in zip((strip.low, strip.high), heights, strict=True)
-    ]
-    return SliceEvidence(np.column_stack(vertical), _sloped_share(strip, points, uv, at, within))
-
-
-def _upright_share(
-    strip: AxisStrip,
-    points: SegmentPoints,
-    uv: FloatArray,
-    at: IntArray,
-    within: BoolArray,
-    end: FloatArray,
-    eaves: FloatArray,
-    ground: float,
-) -> FloatArray:
-    slices = len(strip.stations)
-    near = within & points.upright
-    near[near] &= np.abs(uv[near, 1] - end[at[near]]) < FACADE_REACH_M
-    level = np.floor((points.xyz[:, 2] - ground) / CELL_M).astype(np.int64)
-    top = np.where(np.isfinite(eaves), eaves, np.nanmedian(eaves) if np.isfinite(eaves).any() else ground + 6.0)
-    cells = np.maximum(np.round((top - ground) / CELL_M).astype(np.int64), 1)
-    near[near] &= (level[near] >= 0) & (level[near] < cells[at[near]])
-    covered = np.zeros((slices, int(cells.max())), bool)
-    covered[at[near], level[near]] = True
-    return np.asarray(np.minimum(_widened(covered).sum(axis=1) / cells, 1.0))
-
-
-def _sloped_share(
-    strip: AxisStrip, points: SegmentPoints, uv: FloatArray, at: IntArray, within: BoolArray
-) -> FloatArray:
-    across = (strip.aspect_deg + 90.0) % 180.0
-    turn = np.abs((points.aspect_deg - across + 90.0) % 180.0 - 90.0)
+    at = np.where(within, at, 0)
+    within &= (uv[:, 1] > strip.low[at] - FACADE_REACH_M) & (uv[:, 1] < strip.high[at] + FACADE_REACH_M)
+    vertical = []
+    for end, eaves in zip((strip.low, strip.high), heights, strict=True):
+        top = np.where(
+            np.isfinite(eaves), eaves, np.nanmedian(eaves) if np.isfinite(eaves).any() else ground + USUAL_EAVES_M
+        )
+        upright = within & points.upright & (np.abs(uv[:, 1] - end[at]) < FACADE_REACH_M)
+        vertical.append(_share(at[upright], points.xyz[upright, 2] - ground, np.round((top - ground) / CELL_M)))
+    turn = np.abs((points.aspect_deg - strip.aspect_deg) % 180.0 - 90.0)
     lying = within & ~points.upright & (turn < ALONG_SLICE_DEG)
-    cells = np.maximum(np.ceil((strip.high - strip.low) / CELL_M).astype(np.int64), 1)
-    place = np.zeros(len(uv), np.int64)
-    place[lying] = np.floor((uv[lying, 1] - strip.low[at[lying]]) / CELL_M).astype(np.int64)
-    lying[lying] &= (place[lying] >= 0) & (place[lying] < cells[at[lying]])
+    sloped = _share(at[lying], uv[lying, 1] - strip.low[at[lying]], np.ceil((strip.high - strip.low) / CELL_M))
+    return SliceEvidence(np.column_stack(vertical), sloped)
+
+
+def _share(at: IntArray, off_m: FloatArray, cells: FloatArray) -> FloatArray:
+    """(S,) of the cells of each slice the share in which a point lies, of the slice or of one beside it: an edge seldom runs down the middle of a slice.
+
+    Parameters
+    ----------
+    at, off_m : (P,) slice of each point, and how far it is along it, or up the façade, metres
+    cells : (S,) number in each slice
+    """
+    cells, k = np.maximum(cells.astype(np.int64), 1), np.floor(off_m / CELL_M).astype(np.int64)
+    there = (k >= 0) & (k < cells[at])
     covered = np.zeros((len(cells), int(cells.max())), bool)
-    covered[at[lying], place[lying]] = True
-    return np.asarray(np.minimum(_widened(covered).sum(axis=1) / cells, 1.0))
-
-
-def _widened(covered: BoolArray) -> BoolArray:
-    """Each slice also has what its two neighbours have: an edge seldom runs down the middle of a slice."""
+    covered[at[there], k[there]] = True
     wide = covered.copy()
     wide[1:] |= covered[:-1]
     wide[:-1] |= covered[1:]
-    return wide
+    return np.asarray(np.minimum(wide.sum(axis=1) / cells, 1.0))

@@ -10,8 +10,8 @@ from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.splitting import SplitEvidence
-from cityflow.splitting.scores.score_colour import Change, facade_changes, roof_change
-from cityflow.splitting.scores.score_height import HeightChange, height_change
+from cityflow.splitting.borders.roof_marks import RoofMarks, roof_marks, roof_rows
+from cityflow.splitting.scores.score_colour import Change, facade_changes, roof_changes
 from cityflow.splitting.scores.score_pipe import stripes
 from cityflow.splitting.strips.axis_strips import AxisStrip
 from cityflow.splitting.strips.slices import SegmentPoints, SliceEvidence, slice_evidence
@@ -19,7 +19,6 @@ from cityflow.splitting.strips.strip_rasters import Cells, FacadeRaster, RoofRas
 
 ROOF_WINDOW_M, ROOF_GUARD_M = 2.0, 0.16
 FACADE_WINDOW_M, FACADE_GUARD_M = 3.0, 0.2
-HEIGHT_WINDOW_M, HEIGHT_GUARD_M = 1.6, 0.25
 FACADE_CELL_M = 0.2
 
 
@@ -30,16 +29,18 @@ class StripEvidence:
     Attributes
     ----------
     roof : its roof laid out along it
+    rows : (U, R) heights of the roof along the axis, metres;  marks : what they tell at the borders between columns
     slices : what of the segments lies in each slice
-    height, roof_colour : changes seen from above; the latter None without an ortho
+    roof_colour : changes seen from above; None without an ortho
     facades : of each side (0 lower, 1 upper end of the chords) the changes in every local frame that shows it
     stripes : (S, 2) how distinct a narrow upright stripe stands on either façade
     """
 
     strip: AxisStrip
     roof: RoofRaster
+    rows: FloatArray
+    marks: RoofMarks
     slices: SliceEvidence
-    height: HeightChange
     roof_colour: Change | None
     facades: tuple[tuple[Change, ...], tuple[Change, ...]]
     stripes: FloatArray
@@ -70,13 +71,14 @@ def look_at_strip(
     best = {max((s for s in facades if s.side == side), key=_seen).frame for side in {s.side for s in facades}}
     finest = max((f.grid.cell for f in evidence.frames[1:]), default=FACADE_CELL_M)
     fine = facade_rasters(strip, [cells[k] for k in sorted(best)], heights, evidence.ground_height, float(finest))
-    cell = float(roof.u[1] - roof.u[0])
+    rows = roof_rows(roof)
     return StripEvidence(
         strip,
         roof,
+        rows,
+        roof_marks(rows, roof.u),
         slice_evidence(strip, points, heights, evidence.ground_height),
-        height_change(roof, strip.stations, max(HEIGHT_WINDOW_M, 6 * cell), max(1.5 * cell, HEIGHT_GUARD_M)),
-        roof_change(roof, strip.stations, ROOF_WINDOW_M, ROOF_GUARD_M),
+        roof_changes(roof, strip.stations, ROOF_WINDOW_M, ROOF_GUARD_M),
         (tuple(sides[0]), tuple(sides[1])),
         stripes(fine, strip),
     )

@@ -1,1 +1,0 @@
-"""Candidate lines and borders from LiDAR points."""
