@@ -40,6 +40,7 @@ from cityflow.reconstruction.verdicts.figures import Figures, HeldBack, figures_
 from cityflow.reconstruction.verdicts.held_back import groups_of
 from cityflow.reconstruction.verdicts.judge import judged_model
 from cityflow.reconstruction.verdicts.roof_fit import fit_of
+from cityflow.reconstruction.verdicts.seen_elsewhere import probability_of_harm, seen_elsewhere
 from cityflow.reconstruction.verdicts.survey_edge import survey_end
 from cityflow.runs.run_folder import open_run
 from cityflow.stages.reconstruct import UnitInputs
@@ -48,6 +49,7 @@ from cityflow.survey.results import HULL
 from cityflow.synthetic.roofs import DORMER
 from cityflow.synthetic.town_units import Unit
 from flight_layers import Layers, fused_layers, layers_over
+from texture_world import images_of
 from verdict_cases import GOOD_SHARE, WITHIN_M, distances_of_truth
 from verdicts_run import places_of, units_of
 
@@ -75,6 +77,7 @@ class FlownUnit:
     places : (P, 3) world, truth;  away : (P,) metres from the model;  cause : (P,) of `CAUSES`
     layers : (rows, cols) of the grid of the evidence's heights, as `flight_layers.LAYERS`, but `moved` for `raw`: by how much the height before
         averaging was above that after it, metres
+    seen : (E, 2) square metres of its roof between edges and where photographs show them, and their standard deviation
     """
 
     seed: int
@@ -90,6 +93,7 @@ class FlownUnit:
     away: FloatArray
     cause: ByteArray
     layers: dict[str, FloatArray]
+    seen: FloatArray
 
     @property
     def wrong(self) -> dict[str, float]:
@@ -107,7 +111,8 @@ def figures_now(unit: FlownUnit) -> Figures | None:
     """As the present code makes them; None where there is no model."""
     if unit.solid is None or unit.held is None:
         return None
-    return figures_of(unit.solid, unit.evidence, fit_of(unit.solid, unit.evidence), unit.held, unit.claim)
+    figures = figures_of(unit.solid, unit.evidence, fit_of(unit.solid, unit.evidence), unit.held, unit.claim)
+    return replace(figures, elsewhere=probability_of_harm(unit.seen, unit.evidence.outline.area))
 
 
 def flown_units(run: str, truth: Path, with_layers: bool = True) -> Iterator[FlownUnit]:
@@ -126,6 +131,7 @@ def flown_units(run: str, truth: Path, with_layers: bool = True) -> Iterator[Flo
         made.append((task.unit, evidence, _made(store, record, evidence, parameters)))
     units = units_of(truth)
     tree = shapely.STRtree([u.wall_outline for u in units])
+    images = tuple(images_of(truth / "catalog", Path(run)))
     for number, (name, evidence, model) in enumerate(made):
         others = shapely.union_all([e.outline for k, (_, e, _) in enumerate(made) if k != number])
         _, own, places = places_of(evidence.outline, others, units, tree)
@@ -138,6 +144,7 @@ def flown_units(run: str, truth: Path, with_layers: bool = True) -> Iterator[Flo
             survey_end(evidence.outline, evidence.heights), _lean(evidence), solid, model.held, model.claim,
             places, away, _causes(away, places, own, evidence, others),
             _layers(tiles, evidence) if tiles else {},
+            seen_elsewhere(solid, replace(evidence, photographs=images)) if solid is not None else np.empty((0, 2)),
         )  # fmt: skip
 
 

@@ -71,7 +71,7 @@ OUTLINE_ALONE = frozenset({"beside"})
 """A roof that goes on beyond a given outline may be another building: a doubt, but it makes no unit poor."""
 OF_MATCHED_ALONE = frozenset({"slight", "faceted", "lacked", "holed", "ramped", "stepped"})
 """Only errors that neighbouring points share make planes; those of a scanner are every point's own. Only images have surfaces of the points' spacing."""
-FAULTS = ("astray",)
+FAULTS = ("astray", "elsewhere")
 """A roof that is right is of no use in an outline that is wrong. Few points of a scanner tell no side from another, and outlines beside them are given."""
 FLIGHTS = "flights"
 TIMES: Mapping[str, int] = {FLIGHTS: 10}

@@ -22,6 +22,7 @@ from cityflow.reconstruction import orientation_histogram
 from cityflow.reconstruction.seen_steps.edge_lines import roof_steps
 from cityflow.reconstruction.seen_steps.moved_steps import StepPlan
 from cityflow.reconstruction.seen_steps.with_seen_steps import SeenStepParameters, with_seen_steps
+from cityflow.reconstruction.verdicts.seen_elsewhere import probability_of_harm, seen_elsewhere
 
 ORIGIN = np.array([5000.0, 7000.0])
 HIGH, LOW, TRUE_X, FOUND_X, CELL = 9.0, 6.0, 10.0, 10.3, 0.125
@@ -190,3 +191,38 @@ def test_a_ridge_goes_on_along_its_own_line() -> None:
     assert np.ptp(top[:, 1]) < 0.01
     assert np.ptp(top[:, 2]) < 0.01
     assert np.median(steps_x(made)) == pytest.approx(np.median(steps_x(solid)) - 0.25, abs=1e-3)
+
+
+def unit_beside(border_x: float, high: bool) -> Evidence:
+    """One of two units that touch at `border_x`, where the surface has its step; photographs show it at `TRUE_X`."""
+    evidence = evidence_of(two_roofs())
+    x, y = grid_points()
+    mine = (x < border_x) == high
+    xyz = np.column_stack([x, y, np.full(len(x), HIGH if high else LOW)])[mine]
+    ends = (0.0, border_x) if high else (border_x, 20.0)
+    outline, line = (
+        shapely.transform(g, lambda xy: xy + ORIGIN)
+        for g in (shapely.box(ends[0], 0, ends[1], 12), shapely.LineString([(border_x, 0), (border_x, 12)]))
+    )
+    assert evidence.heights is not None
+    grid = evidence.heights.grid
+    dsm = np.where(grid.centres()[0] - ORIGIN[0] < border_x, HIGH, LOW)
+    cloud = PointCloud.of(xyz + np.append(ORIGIN, 0.0), BUILDING)
+    return replace(
+        evidence, outline=outline, points=cloud, party=(line,), heights=HeightRaster(grid, dsm, evidence.heights.dtm)
+    )
+
+
+@pytest.mark.parametrize(("border_x", "high", "off_m"), [
+    (10.8, True, 0.8), (10.8, False, 0.0), (9.2, True, 0.0), (9.2, False, 0.8), (10.0, True, 0.0), (10.0, False, 0.0),
+])  # fmt: skip
+def test_photographs_tell_which_of_two_units_their_border_harms(border_x: float, high: bool, off_m: float) -> None:
+    evidence = unit_beside(border_x, high)
+    solid = modelled(evidence).solid
+    assert solid is not None
+    seen = seen_elsewhere(solid, evidence)
+    assert seen[:, 0].sum() == pytest.approx(12 * off_m, abs=0.8)
+    harm = probability_of_harm(seen, evidence.outline.area)
+    assert harm > 0.99 if off_m else harm < 0.01
+    for nothing in (replace(evidence, photographs=()), replace(evidence, party=())):
+        assert probability_of_harm(seen_elsewhere(solid, nothing), evidence.outline.area) == 0.0

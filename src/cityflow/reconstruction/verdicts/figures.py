@@ -20,6 +20,7 @@ from cityflow.reconstruction.verdicts.no_roof import Kind
 from cityflow.reconstruction.verdicts.placement import placement_of
 from cityflow.reconstruction.verdicts.roof_fit import RoofFit
 from cityflow.reconstruction.verdicts.roof_parts import plane_count, slight_share, step_length
+from cityflow.reconstruction.verdicts.seen_elsewhere import probability_of_harm, seen_elsewhere
 from cityflow.reconstruction.verdicts.sides import Sides, sides_of
 from cityflow.reconstruction.verdicts.surroundings import SEEN_M, SEEN_SPACINGS, beside_of, surroundings_of
 from cityflow.reconstruction.verdicts.traces import traces_of
@@ -66,6 +67,7 @@ class Figures:
     held : number of roof points held back
     matched : points are of a surface that was matched or given, not a scanner's
     worst_side : the side of the outline that is most in doubt, in words
+    elsewhere : probability that photographs show steps and borders elsewhere, with more of the roof between than a good model can bear
     """
 
     off: float
@@ -94,6 +96,7 @@ class Figures:
     held: int
     matched: bool = False
     worst_side: str = ""
+    elsewhere: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +157,7 @@ def figures_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit, held: HeldBa
         held=int(judged.sum()),
         matched=evidence.matched,
         worst_side=sides.worst,
+        elsewhere=probability_of_harm(seen_elsewhere(solid, evidence), evidence.outline.area),
     )
 
 

@@ -85,7 +85,7 @@ MATCHED = Calibration(
         Term("faceted", 0.2, 1.576), Term("faceted", 1.5, 0.682),
         Term("lacked", 0.01, 0.544), Term("lacked", 0.1, 0.262),
         Term("holed", 0.02, 1.539), Term("holed", 0.2, 0.323),
-    ), ("astray",)),
+    ), ("astray", "elsewhere")),
     Logistic(0.8, 13.135, (
         Term("off", 0.1, 0.620),
         Term("worst", 0.2, 0.395),

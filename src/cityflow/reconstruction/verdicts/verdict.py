@@ -111,6 +111,7 @@ WORDS: Mapping[str, Callable[[Figures], str]] = {
     "missed": lambda f: f"roof edges and façades indicate that outline and roof differ on up to {_percent(f.missed)} of the area",
     "misplaced": lambda f: f"roof edges and façades indicate a displaced outline, with a probability of {_percent(f.misplaced)}",
     "astray": lambda f: f.worst_side or f"single sides of the outline do not fit the building, with a probability of {_percent(f.astray)}",
+    "elsewhere": lambda f: f"photographs show steps of the roof, or borders to neighbours, elsewhere, with a probability of {_percent(f.elsewhere)}",
     "beside": lambda f: f"the roof continues beyond the outline: {100 * f.beside:.0f} roof points outside for every 100 inside",
     "error_m": lambda f: f"the expected error of the model is {100 * f.error_m:.0f} cm",
     "divided": lambda f: f"the points scatter by {100 * f.noise:.0f} cm, which is much for roof planes of this size",

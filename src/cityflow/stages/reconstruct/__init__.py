@@ -36,7 +36,7 @@ from cityflow.survey.survey import UNREAD, WALL_MARGIN_M, Survey
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = "reconstruct"
-VERSION = 42
+VERSION = 43
 CANDIDATES = "candidates.city.jsonl"
 
 
