@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from lxml import html
+from PIL import Image
 
 from browser import painted_run as town
 from cityflow.core.building import Status
@@ -86,3 +89,20 @@ def test_an_unfinished_run_shows_what_there_is_and_what_waits(made: town.Made) -
     assert "not worked on yet" in text
     assert "continues where it stopped" in text
     assert data.pictures
+    assert page_of(run, "report.html").xpath("//*[@id='city']/image[@class='under']")
+    assert data.relief is not None
+    assert data.relief.bounds is not None
+    x_min, y_min, x_max, y_max = data.relief.bounds
+    grey = np.asarray(Image.open(io.BytesIO(data.relief.jpeg)).convert("L"), np.float64)
+    west, south, east, north = town.OUTLINES[town.FLAT].bounds
+
+    def mean_along(x: float) -> float:
+        cols = grey.shape[1] * (np.array([x - 1, x + 1]) - x_min) / (x_max - x_min)
+        rows = grey.shape[0] * (y_max - np.array([north - 2, south + 2])) / (y_max - y_min)
+        (a, b), (c, d) = np.rint(rows).astype(int), np.rint(cols).astype(int)
+        return float(grey[a:b, c:d].mean())
+
+    level = mean_along(west - 4)
+    assert mean_along(east) < mean_along(west) - 30 < level - 30, (
+        "light comes from the north-west, and walls are darker than level ground"
+    )

@@ -73,3 +73,16 @@ def test_time_has_six_classes_round_its_median(seconds: float) -> None:
 
 def test_units_without_outline_are_left_out() -> None:
     assert draw_map([UnitRow("a", "0_0", Status.REFUSED)]).shapes == ()
+
+
+def test_what_lies_below_the_outlines_stands_where_they_stand(small_town: ReportData) -> None:
+    ring = small_town.units[0].rings[0]
+    low, high = ring.min(axis=0), ring.max(axis=0)
+    drawn = draw_map(small_town.units, under=(low[0], low[1], high[0], high[1]))
+    shape = next(s for s in drawn.shapes if s.row == 0)
+    (found,) = decoded(shape.path)
+    assert drawn.under is not None
+    x, y, width, height = np.array(drawn.under) / UNITS_PER_METRE
+    assert np.allclose([x, y], found.min(axis=0), atol=0.11)
+    assert np.allclose([x + width, y + height], found.max(axis=0), atol=0.11)
+    assert draw_map(small_town.units).under is None

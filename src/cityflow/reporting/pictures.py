@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,18 +27,26 @@ MOST_AROUND = 300
 """Models around the densest spot; more would be behind those in front."""
 
 
+class RunPictures(NamedTuple):
+    """Those that are shown by themselves, and the relief that lies below the map of buildings."""
+
+    shown: tuple[Picture, ...] = ()
+    relief: Picture | None = None
+
+
 def run_pictures(
     store: Store, survey: Survey, units: Sequence[UnitRow], records: CurrentRecords, parameters: ReportParameters
-) -> tuple[Picture, ...]:
+) -> RunPictures:
     """Models, views from four sides, outlines, surface, ortho, classes, terrain, oblique orthos; none where no tile has a surface yet."""
     middles = [u.rings[0].mean(axis=0) for u in units if len(u.rings)]
     rasters = city_rasters(store, survey, records, densest_spot(np.array(middles)) if middles else None)
     if rasters is None:
-        return ()
+        return RunPictures()
     models = model_pictures(store, units, records, rasters, parameters.models)
     plans = outline_pictures(store, survey, units, records, rasters)
     sides = _sides(store, survey, units, records, parameters.across_m)
-    return (*models, *sides, *plans, *rasters.pictures(), *frame_pictures(store, survey, records))
+    shown = (*models, *sides, *plans, *rasters.pictures(), *frame_pictures(store, survey, records))
+    return RunPictures(shown, rasters.relief())
 
 
 def _sides(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -15,6 +15,7 @@ from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid
 from cityflow.flow.row import Row
 from cityflow.flow.store import Store
+from cityflow.geometry.hill_shade import hill_shade
 from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import frame, ortho, surface
@@ -37,6 +38,8 @@ from cityflow.viewer.relief_gaps import without_specks
 MOST_FRAMES, FRAME_PIXELS = 4, 700
 MOST_TILES = 256
 """In a picture of rasters: of a larger city those around its densest spot, since every tile is read."""
+RELIEF_PIXELS, LEVEL_GREY = 700, 200.0
+"""Longest side of the relief below the map of buildings, about; and its level ground, of 255."""
 Layers = dict[str, NDArray[Any]]
 Raster = tuple[Grid, Float32Array]
 """Grid, and (bands, rows, cols) values; NaN unknown."""
@@ -100,6 +103,21 @@ class CityRasters:
             pixels = painted(np.moveaxis(values, 0, -1), np.isfinite(values[0]))
             yield _shown("Classes", "What each cell is", self.classes, pixels, class_key(self.found))
         yield from _heights("Terrain (DTM)", "Without buildings and vegetation", self.dtm)
+
+    def relief(self) -> Picture | None:
+        """The surface in grey, light from the north-west, with its bounds; None where no height is known."""
+        grid, (values,) = self.dsm
+        known = np.isfinite(values)
+        if not known.any():
+            return None
+        rows, cols = known_window(known)
+        step = -(-max(rows.stop - rows.start, cols.stop - cols.start) // RELIEF_PIXELS)
+        grey = painted(np.repeat(LEVEL_GREY * hill_shade(values, grid.cell)[..., None], 3, axis=-1), known)[rows, cols]
+        high, wide = (n // step for n in grey.shape[:2])
+        part = grey[: high * step, : wide * step].reshape(high, step, wide, step, 3).mean(axis=(1, 3))
+        x, y, cell = grid.x_min + cols.start * grid.cell, grid.y_max - rows.start * grid.cell, step * grid.cell
+        found = picture("Relief", "", np.rint(part).astype(np.uint8))
+        return replace(found, bounds=(x, y - high * cell, x + wide * cell, y))
 
 
 def city_rasters(

@@ -28,7 +28,7 @@ from cityflow.reporting.checkpoint_rows import checkpoint_rows
 from cityflow.reporting.image_figures import image_figures
 from cityflow.reporting.listed_city import listed_city, problems_of
 from cityflow.reporting.orientation_doubts import orientation_figures
-from cityflow.reporting.pictures import run_pictures
+from cityflow.reporting.pictures import RunPictures, run_pictures
 from cityflow.reporting.poses_words import row_of_poses
 from cityflow.reporting.raster_pictures import tiles_made
 from cityflow.reporting.summed_city import SummedCity
@@ -185,6 +185,9 @@ def report_data(run: Prepared, records: CurrentRecords, *, pictured: bool = True
     large = len(records.units(reconstruct.NAME)) > run.workflow.city.report.rows
     summed = SummedCity.read(run, records)
     city = listed_city(run, records, survey, summed) if large else whole_city(run, records)
+    pictures = RunPictures()
+    if pictured:
+        pictures = run_pictures(run.store, survey, city.shown, records, run.workflow.city.report)
     return ReportData(
         title=run.catalog.title,
         workflow=run.workflow.name,
@@ -202,7 +205,8 @@ def report_data(run: Prepared, records: CurrentRecords, *, pictured: bool = True
         waiting=city.waiting,
         whole=city.figures,
         districts=summed.rows() if large or summed.has_districts else (),
-        pictures=run_pictures(run.store, survey, city.shown, records, run.workflow.city.report) if pictured else (),
+        pictures=pictures.shown,
+        relief=pictures.relief,
         images=image_figures(survey, records, run.area),
         orientation=_orientation(run),
         checkpoints=checkpoint_rows(run.store),

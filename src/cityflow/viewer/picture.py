@@ -10,6 +10,7 @@ import numpy as np
 from PIL import Image
 
 from cityflow.core.arrays import ByteArray
+from cityflow.core.grid import Bounds
 
 MOST_PIXELS = 1200
 """Longest side of a picture."""
@@ -28,6 +29,7 @@ class Picture:
     jpeg : bytes;  width, height : pixels
     key : (meaning, colour as ``#rrggbb``) in the order to be listed
     wide : shown over the whole width of the page;  half : two of them beside each other
+    bounds : of its edges, world metres; None where it is no map
     """
 
     title: str
@@ -38,6 +40,7 @@ class Picture:
     key: tuple[tuple[str, str], ...] = ()
     wide: bool = False
     half: bool = False
+    bounds: Bounds | None = None
 
     @property
     def address(self) -> str:

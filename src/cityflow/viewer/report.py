@@ -39,7 +39,7 @@ def write_report(data: ReportData, parameters: ReportParameters = USUAL) -> tupl
 def _page(data: ReportData, figures: dict[str, Any], parameters: ReportParameters) -> str:
     listed = parameters.listed
     units = sorted(data.units, key=lambda u: u.id)
-    unit_map = draw_map(units, {} if data.whole else data.waiting)
+    unit_map = draw_map(units, {} if data.whole else data.waiting, data.relief.bounds if data.relief else None)
     return rendered(
         "report.html.j2",
         data=data,

@@ -162,7 +162,8 @@ class ReportData:
     versions : library → version;  parameters : stage → parameters as used, nested
     unit_stage : the stage whose tasks the units are
     overrides : unit → stage → parameters that were set for it alone
-    pictures : of what has been made;  images : None where the survey has none
+    pictures : of what has been made;  relief : of the surface, below the map of buildings, with its bounds
+    images : None where the survey has none
     orientation : what `cityflow orient` has found of them; None where it has not made the catalog
     checkpoints : residuals of products at points of known position
     unused_edits : what a person has drawn without effect
@@ -194,6 +195,7 @@ class ReportData:
     overrides: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     unit_stage: str = "reconstruct"
     pictures: tuple[Picture, ...] = ()
+    relief: Picture | None = None
     images: ImageFigures | None = None
     orientation: OrientationFigures | None = None
     checkpoints: tuple[CheckpointRow, ...] = ()

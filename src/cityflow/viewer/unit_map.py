@@ -11,6 +11,7 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
+from cityflow.core.grid import Bounds
 from cityflow.core.verdicts import Verdict
 from cityflow.viewer.report_rows import UnitRow
 from cityflow.viewer.unit_figures import quantile
@@ -60,6 +61,7 @@ class UnitMap:
     Attributes
     ----------
     waiting : paths of outlines that are not processed yet
+    under : (x, y, width, height) in the drawing's units of what lies below the outlines; None where there is nothing
     """
 
     shapes: tuple[UnitShape, ...]
@@ -67,17 +69,18 @@ class UnitMap:
     height: int
     scales: tuple[Scale, ...]
     waiting: tuple[str, ...] = ()
+    under: tuple[int, int, int, int] | None = None
 
 
 def draw_map(
-    units: Sequence[UnitRow],
-    waiting: Mapping[str, Sequence[FloatArray]] = NOBODY,
+    units: Sequence[UnitRow], waiting: Mapping[str, Sequence[FloatArray]] = NOBODY, under: Bounds | None = None
 ) -> UnitMap:
     """The map of units, in the order given; units without outline and refused ones far off are left out.
 
     Parameters
     ----------
     waiting : rings of outlines without a task, by id
+    under : bounds of a picture that lies below the outlines, world metres
     """
     drawn = _near([(i, u) for i, u in enumerate(units) if any(len(r) for r in u.rings)])
     scales = colour_scales(units)
@@ -94,7 +97,12 @@ def draw_map(
         "".join(_path(_to_drawing(np.asarray(r, np.float64)[:, :2], origin)) for r in rings if len(r))
         for rings in others
     )
-    return UnitMap(shapes, int(width), int(height), scales, paths)
+    return UnitMap(shapes, int(width), int(height), scales, paths, None if under is None else _box(under, origin))
+
+
+def _box(bounds: Bounds, origin: FloatArray) -> tuple[int, int, int, int]:
+    (x, y), (right, bottom) = _to_drawing(np.array([[bounds[0], bounds[3]], [bounds[2], bounds[1]]]), origin).tolist()
+    return x, y, right - x, bottom - y
 
 
 def _near(drawn: list[tuple[int, UnitRow]]) -> list[tuple[int, UnitRow]]:
