@@ -8,14 +8,17 @@ from hashlib import sha256
 from importlib.resources import files
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
 from cityflow.viewer.picture import Picture
 
 FOLDER = "view"
 DATA = f"{FOLDER}/data"
 PAGE = f"{FOLDER}/index.html"
-STATIC = ("view.js", "view.css", "licences.txt")
+STATIC = ("view.js", "licences.txt")
 """Shipped with the package; `view.js` is built from the sources in view/ (docs/view.md)."""
+STYLE = "view.css"
+"""Stands in the page itself: it is painted as soon as it has come."""
 
 
 def page_files(title: str, attribution: str, pictures: Sequence[Picture]) -> Iterator[tuple[str, bytes]]:
@@ -28,7 +31,12 @@ def page_files(title: str, attribution: str, pictures: Sequence[Picture]) -> Ite
         yield f"{FOLDER}/{path}", picture.jpeg
         shown.append({"path": path, "title": picture.title, "caption": picture.caption,
                       "width": picture.width, "height": picture.height})  # fmt: skip
-    page = _environment().get_template("index.html.j2").render(title=title, attribution=attribution, pictures=shown)
+    style = Markup(static(STYLE).decode())
+    page = (
+        _environment()
+        .get_template("index.html.j2")
+        .render(title=title, attribution=attribution, pictures=shown, style=style)
+    )
     yield PAGE, page.encode()
 
 
@@ -47,7 +55,7 @@ def static(name: str) -> bytes:
 def page_version() -> str:
     """Changes with every change of the page's fixed files: a page of before does not go with a program of now."""
     web = files("cityflow.viewer") / "web"
-    names = (*STATIC, "index.html.j2")
+    names = (*STATIC, STYLE, "index.html.j2")
     return sha256(b"".join((web / name).read_bytes() for name in names)).hexdigest()
 
 
