@@ -16,8 +16,9 @@ import sys
 import tempfile
 import threading
 import time
+from collections import defaultdict
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,7 +35,7 @@ READY = (
     "window.cityflowView?.isReady && window.cityflowView.stage.frames > 0 && window.cityflowView.city.models.size > 0"
 )
 DONE = "!window.cityflowView.isBusy"
-ERROR_PX, FRAMES = 4, 25
+ERROR_PX, FRAMES = 16, 12
 BARE = {"example": "0", "equal": "1"}
 """3d-tiles-renderer's example as it is, and without light and with photographs of the size that the view shows."""
 TURN = """(stage, draw, k) => {
@@ -88,8 +89,8 @@ def start(address: str) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class Walk:
-    """Frames of one walk around the city: milliseconds of the clock and of the browser's processors, and what was drawn."""
+class Frame:
+    """Milliseconds of the clock and of the browser's processors, and what was drawn."""
 
     clock_ms: float
     cpu_ms: float
@@ -97,24 +98,27 @@ class Walk:
     calls: int
 
 
-def walked(browser: Chromium, address: str, kind: str, ready: str, place: str) -> Walk:
-    """Walk around once until everything is there, then again with a clock."""
-    browser.open("about:blank")
-    browser.open(address, ready, 300)
-    begin = f"""const stage = {{...{STAGES[kind]}, {place}}}, turn = {TURN}, draw = {DRAWS[kind]};
-        stage.gl = stage.renderer.getContext(); {BEFORE[kind]}"""
-    browser.run(f"""(async () => {{ {begin}
-        for (let k = 0, quiet = 0; k < 600 && quiet < {FRAMES}; k += 1) {{ turn(stage, draw, k % {FRAMES});
-          await new Promise((r) => setTimeout(r, 5)); quiet = stage.busy() ? 0 : quiet + 1; }} }})()""", timeout=400)  # fmt: skip
-    before = browser.cpu_s()
-    times, triangles, calls = browser.run(f"""(() => {{ {begin} const times = [];
-        for (let k = 0; k < {FRAMES}; k += 1) times.push(turn(stage, draw, k));
-        const {{ triangles, calls }} = stage.renderer.info.render; return [times, triangles, calls]; }})()""", timeout=400)  # fmt: skip
-    return Walk(statistics.median(times), 1000 * (browser.cpu_s() - before) / FRAMES, triangles, calls)
+class Walk:
+    """A browser of its own that walks around the city; all is loaded before a frame is measured."""
+
+    def __init__(self, browser: Chromium, address: str, kind: str, place: str) -> None:
+        self.browser = browser
+        browser.open(address, {"view": f"{READY} && {DONE}", "bare": "window.bare"}[kind], 300)
+        self._begin = f"""const stage = {{...{STAGES[kind]}, {place}}}, turn = {TURN}, draw = {DRAWS[kind]};
+            stage.gl = stage.renderer.getContext(); {BEFORE[kind]}"""
+        browser.run(f"""(async () => {{ {self._begin}
+            for (let k = 0, quiet = 0; k < 600 && quiet < {FRAMES}; k += 1) {{ turn(stage, draw, k % {FRAMES});
+              await new Promise((r) => setTimeout(r, 5)); quiet = stage.busy() ? 0 : quiet + 1; }} }})()""", timeout=400)  # fmt: skip
+
+    def frame(self, k: int) -> Frame:
+        before = self.browser.cpu_s()
+        clock, triangles, calls = self.browser.run(f"""(() => {{ {self._begin} const ms = turn(stage, draw, {k % FRAMES});
+            const {{ triangles, calls }} = stage.renderer.info.render; return [ms, triangles, calls]; }})()""", timeout=400)  # fmt: skip
+        return Frame(clock, 1000 * (self.browser.cpu_s() - before), triangles, calls)
 
 
-def compared(folder: Path, address: str, rounds: int) -> None:
-    """The view and both forms of the example in turn, in one browser: same tiles, canvas, camera path and error target."""
+def compared(folder: Path, address: str, frames: int) -> None:
+    """The view and both forms of the example, each in a browser of its own, frame by frame in turn: same tiles, canvas, camera path and error target."""
     about = json.loads((folder / "view/data/city.json").read_text())
     e0, n0, _, e1, n1, _ = about["bounds"]
     place = f"at: {json.dumps([(e0 + e1) / 2, (n0 + n1) / 2, 0])}, away: {0.75 * max(e1 - e0, n1 - n0)}"
@@ -125,31 +129,36 @@ def compared(folder: Path, address: str, rounds: int) -> None:
     (folder / "view/bare.html").write_text(
         '<style>body{margin:0}</style><canvas id="canvas"></canvas><script type="module" src="bare.js"></script>'
     )
-    found: dict[str, list[Walk]] = {"view": [], **{name: [] for name in BARE}}
-    with Chromium(size=(1280, 800)) as browser:
-        for _ in range(rounds):
-            found["view"].append(walked(browser, f"{address}/view/index.html", "view", f"{READY} && {DONE}", place))
-            size = "x".join(
-                map(str, browser.run("[cityflowView.stage.canvas.width, cityflowView.stage.canvas.height]"))
-            )
-            for name, equal in BARE.items():
-                bare = f"{address}/view/bare.html?tileset=../products/tiles3d/tileset.json&city=data/city.json&error={ERROR_PX}&size={size}&equal={equal}"
-                found[name].append(walked(browser, bare, "bare", "window.bare", place))
-            print(
-                f"  {size}: "
-                + "; ".join(
-                    f"{name} {w[-1].clock_ms:.0f} ms, {w[-1].cpu_ms:.0f} ms of processors, {w[-1].triangles:,} triangles in {w[-1].calls} calls"
-                    for name, w in found.items()
-                ),
-                flush=True,
-            )
+    found: dict[str, list[Frame]] = defaultdict(list)
+    with ExitStack() as stack:
+        first = Walk(stack.enter_context(Chromium(size=(1280, 800))), f"{address}/view/index.html", "view", place)
+        size = "x".join(
+            map(str, first.browser.run("[cityflowView.stage.canvas.width, cityflowView.stage.canvas.height]"))
+        )
+        walks = {"view": first}
+        for name, equal in BARE.items():
+            bare = f"{address}/view/bare.html?tileset=../products/tiles3d/tileset.json&city=data/city.json&error={ERROR_PX}&size={size}&equal={equal}"
+            walks[name] = Walk(stack.enter_context(Chromium(size=(1280, 800))), bare, "bare", place)
+        for k in range(frames):
+            for name, walk in walks.items():
+                found[name].append(walk.frame(k))
+    for name, made in found.items():
+        clock, cpu = (statistics.median(getattr(f, key) for f in made) for key in ("clock_ms", "cpu_ms"))
+        last = made[-1]
+        print(
+            f"  {size}: {name} {clock:.0f} ms, {cpu:.0f} ms of processors, in the median of {frames} frames; {last.triangles:,} triangles in {last.calls} calls"
+        )
     for name in BARE:
-        clock, cpu = (
-            statistics.median(getattr(w, key) for w in found["view"])
-            / statistics.median(getattr(w, key) for w in found[name])
+        clocks, cpus = (
+            sorted(getattr(a, key) / max(getattr(b, key), 1.0) for a, b in zip(found["view"], found[name], strict=True))
             for key in ("clock_ms", "cpu_ms")
         )
-        print(f"  frame of the view / {name}: {clock:.2f} by the clock, {cpu:.2f} by processor time")
+        low, high = (cpus[round(share * (len(cpus) - 1))] for share in (0.25, 0.75))
+        half = f"half of all between {low:.2f} and {high:.2f}"
+        print(
+            f"  frame of the view / {name}: {statistics.median(clocks):.2f} by the clock, {statistics.median(cpus):.2f} by processor time, {half}",
+            flush=True,
+        )
 
 
 def main() -> None:
@@ -157,18 +166,21 @@ def main() -> None:
     parser.add_argument("run", type=Path)
     parser.add_argument("--buildings", type=int, nargs="+", default=[1000, 2000, 5000])
     parser.add_argument("--frames-of", type=int, default=2000)
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--frames", type=int, default=FRAMES)
+    parser.add_argument("--made", action="store_true", help="the cities are in --keep already")
     parser.add_argument("--keep", type=Path)
     chosen = parser.parse_args()
     for count in chosen.buildings:
         folder = (chosen.keep or Path(tempfile.mkdtemp(prefix="view-", dir=chosen.run.parent))) / str(count)
-        shutil.rmtree(folder, ignore_errors=True)
-        made = write_city(chosen.run, folder, count)
+        made = count
+        if not chosen.made:
+            shutil.rmtree(folder, ignore_errors=True)
+            made = write_city(chosen.run, folder, count)
         with serving(folder) as address:
             figures = start(address)
             print(f"{made:,} buildings: " + ", ".join(f"{k} {v:.2f}" for k, v in figures.items()), flush=True)
             if count == chosen.frames_of:
-                compared(folder, address, chosen.rounds)
+                compared(folder, address, chosen.frames)
         if chosen.keep is None:
             shutil.rmtree(folder.parent)
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import shutil
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
+from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ from cityflow.reporting.desk_photograph import Part
 from cityflow.runs.run_folder import open_run
 from cityflow.viewer.desk_server import DeskHandler
 from cityflow.viewer.picture import picture
+from cityflow.viewer.review_list import SUSPECTED
 from cityflow.viewer.server import Served, server_for
 from cityflow.workflow.desk import RunDesk
 from cityflow.workflow.desk_compare import FOLDER
@@ -134,6 +136,30 @@ def test_the_worst_comes_first_and_keys_go_through_the_list(at_the_desk: Chromiu
     )
 
 
+def test_the_list_is_filtered_by_status_tile_and_method(at_the_desk: Chromium) -> None:
+    page = at_the_desk
+    rows = page.run("cityflowView.desk.review.rows")
+    for label, key, value in (
+        ("Status", "status", "refused"),
+        ("Tile", "tile", "901_4600"),
+        ("Method", "method", "orientation_histogram"),
+    ):
+        expected = sum(row[key] == value for row in rows)
+        assert 0 < expected < len(rows)
+        filtered(page, label, value)
+        assert text(page, "desk-count") == f"{expected} of {len(rows)} buildings"
+        filtered(page, label, "")
+    filtered(page, "Status", "none")
+    assert text(page, "desk-count") == f"{sum(row['suspicion'] >= SUSPECTED for row in rows)} of {len(rows)} buildings"
+    filtered(page, "Status", "")
+
+
+def filtered(page: Chromium, label: str, value: str) -> None:
+    page.run(
+        f"((e) => {{ e.value = {value!r}; e.dispatchEvent(new Event('change')); }})(document.querySelector('#desk-review select[aria-label={label}]'))"
+    )
+
+
 def test_seen_and_notes_stay(at_the_desk: Chromium, run: Path) -> None:
     page = at_the_desk
     choose(page, town.GABLE)
@@ -178,8 +204,14 @@ def filter_by(page: Chromium, field: str, words: str) -> None:
 
 def rerun(page: Chromium, jobs: int) -> None:
     """By its key; until the new models are shown."""
-    page.run("cityflowView.city.former && (cityflowView.city.former.isSeen = true); document.activeElement.blur()")
-    page.key("r")
+    page.run("document.activeElement.blur()")
+    until_new_models(page, jobs, lambda: page.key("r"))
+
+
+def until_new_models(page: Chromium, jobs: int, begin: Callable[[], object]) -> None:
+    """Ask for a rerun, the so-manieth job, and wait until what it has made is shown."""
+    page.run("cityflowView.city.former && (cityflowView.city.former.isSeen = true)")
+    begin()
     page.wait(
         f"[...document.querySelectorAll('#desk-jobs li')].filter((e) => ['done', 'failed'].includes(e.dataset.stand)).length === {jobs}",
         900,
@@ -306,6 +338,57 @@ HEIGHT = """((unit) => {
 def unit_height(page: Chromium, unit: str) -> float:
     """Height of the highest vertex of a building, in the page's frame."""
     return float(page.run(f"{HEIGHT}({unit!r})"))
+
+
+def test_a_roof_type_is_chosen_and_another_window_loses_nothing(
+    at_the_desk: Chromium, desk: tuple[RunDesk, str], run: Path
+) -> None:
+    page = at_the_desk
+    choose(page, town.GABLE)
+    select(page, "desk-roof", "hip")
+    page.wait("cityflowView.desk.state.edits.length === 1")
+    body = {"layer": "roof_types", "rings": [[[town.X + 35, town.Y + 35]]], "value": "shed", "who": "bob"}
+    url = desk[1].replace("/view/index.html", "/desk/edit")
+    headers = {"Content-Type": "application/json", "X-Desk-Token": desk[0].token}
+    with urlopen(Request(url, json.dumps(body).encode(), headers)) as answer:
+        assert answer.status == 200
+    page.wait("cityflowView.desk.state.edits.length === 2")
+    page.run("document.getElementById('desk-tab-reruns').click()")
+    page.wait("document.querySelectorAll('#desk-edits li').length === 2")
+    assert "bob" in text(page, "desk-edits"), "the page has heard of it"
+    edits = read_edits(str(run / "edits.gpkg"), open_run(str(run)).catalog.reference)
+    assert sorted(r.roof_type for r in edits.roof_types) == ["hip", "shed"]
+    for left in (1, 0):
+        page.run("document.querySelector('#desk-edits .undo').click()")
+        page.wait(f"cityflowView.desk.state.edits.length === {left}")
+    page.wait("cityflowView.desk.state.pending === 0")
+    page.run("document.getElementById('desk-tab-review').click()")
+
+
+def test_the_list_is_made_again_by_one_method_and_a_building_by_the_best_of_all(
+    at_the_desk: Chromium, desk: tuple[RunDesk, str]
+) -> None:
+    page = at_the_desk
+    choose(page, town.GABLE)
+    ridge, jobs = unit_height(page, town.GABLE), len(desk[0].jobs.jobs)
+    page.run("document.getElementById('desk-tab-reruns').click()")
+    page.run("document.getElementById('desk-rerun-how').value = 'extruded'")
+    listed = (
+        f"cityflowView.desk.review.shown = cityflowView.desk.review.rows.filter(({{ id }}) => id === {town.GABLE!r})"
+    )
+    until_new_models(page, jobs + 1, lambda: page.run(f"{listed}; document.getElementById('desk-rerun-list').click()"))
+    assert desk[0].jobs.jobs[-1].commands[-1][-1] == "--set=reconstruct.methods=extruded"
+    assert unit_height(page, town.GABLE) < ridge - 0.5, "a block ends below the ridge"
+    choose(page, town.GABLE)
+    until_new_models(page, jobs + 2, lambda: select(page, "desk-method", "*"))
+    assert unit_height(page, town.GABLE) == pytest.approx(ridge, abs=0.01)
+
+
+def select(page: Chromium, element: str, value: str) -> None:
+    page.wait(f"document.getElementById({element!r})")
+    page.run(
+        f"((e) => {{ e.value = {value!r}; e.dispatchEvent(new Event('change')); }})(document.getElementById({element!r}))"
+    )
 
 
 def test_a_corner_of_an_outline_is_dragged_and_a_border_drawn(at_the_desk: Chromium, run: Path) -> None:

@@ -80,7 +80,9 @@ def asked(desk: RunDesk, **body: Any) -> list[list[str]]:
 def test_the_list_begins_with_what_is_worth_a_look(desk: RunDesk) -> None:
     rows = read(desk, "review")
     assert {town.FLAT, town.GABLE, town.GHOST, *HALVES} <= {r["id"] for r in rows}
-    worth = [worth_of(r["status"], r["verdict"], r["probability"], r["rmse"], r["border"]) for r in rows]
+    worth = [
+        worth_of(r["status"], r["verdict"], r["probability"], r["rmse"], r["border"], r["suspicion"]) for r in rows
+    ]
     assert worth == sorted(worth)
     assert rows[0]["status"] == str(Status.FAILED)
     assert rows[0]["reason"]

@@ -12,7 +12,7 @@ import { PageLoader, scaleFor, Sharpener } from './textures.js';
 
 const MODES = { photographs: PHOTOGRAPHS, classes: CLASS, nmad: UNIT, rmse: UNIT, status: UNIT, verdict: UNIT };
 const MOST_CACHED_BYTES = 400 * 2 ** 20;
-const ERROR_TARGET_PX = 4;
+const ERROR_TARGET_PX = 16;
 
 export class City {
   /**

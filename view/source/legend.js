@@ -19,6 +19,7 @@ function entries(mode, about, city) {
     element('div', { class: 'scale', style: `background:${SCALE_GRADIENT}` }),
     element('p', { class: 'ends' }, element('span', {}, '0 cm'), element('span', {}, `${(100 * about.scales[mode]).toFixed(0)} cm and more`)),
     key(UNKNOWN, 'not measured'),
+    ...(mode === 'rmse' ? [element('p', { class: 'muted' }, 'Points on parts that a model lacks count here: one such part makes a building yellow whose planes fit within centimetres. How far points scatter about the planes is the NMAD.')] : []),
   ];
 }
 

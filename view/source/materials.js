@@ -8,6 +8,10 @@ export const UNIT = 2;
 const VERTEX = /* glsl */ `
 #ifdef HAS_COLOUR
 attribute vec4 color;
+#define LIT color.a
+#else
+attribute float lit;
+#define LIT lit
 #endif
 #ifdef IS_BUILDING
 attribute float _feature_id_0;
@@ -16,7 +20,6 @@ attribute float surfaceClass;
 #ifdef HAS_TRIPLETS
 attribute vec3 _uvd;
 #endif
-attribute float lit;
 uniform float selected;
 uniform float leftOut;
 uniform vec3 plain;
@@ -31,8 +34,8 @@ varying vec3 shade;
   #endif
 #endif
 void main() {
-  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
-  float light = 1.04 * lit;
+  gl_Position = projectionMatrix * (modelViewMatrix * vec4(position, 1.0));
+  float light = 1.04 * LIT;
   shade = vec3(1.0);
 #if MODE == 0
   #ifdef HAS_MAP
@@ -94,20 +97,28 @@ void main() {
 
 const SUN = new Vector3(-0.6, -0.45, 0.66).normalize();
 
-/** Light on each vertex, as a share of the most, in place of its normal: reckoned once and not in each frame. `toPage` is the matrix from the mesh to the page's frame. */
+/**
+ * Light on each vertex, as a share of the most, in place of its normal: reckoned once and not in each frame, and kept in place of the opacity where
+ * vertices have colours, which are opaque. `toPage` is the matrix from the mesh to the page's frame.
+ */
 export function lighten(geometry, toPage) {
   const { position, normal } = geometry.attributes;
-  const lit = new Uint8Array(position.count).fill(255);
+  const isColoured = hasColours(geometry);
+  const lit = isColoured ? geometry.attributes.color : new BufferAttribute(new Uint8Array(position.count).fill(255), 1, true);
   if (normal) {
     const { x, y, z } = SUN.clone().applyMatrix3(new Matrix3().setFromMatrix4(toPage).transpose());
-    for (let i = 0; i < lit.length; i += 1) {
+    for (let i = 0; i < position.count; i += 1) {
       const across = x * normal.getX(i) + y * normal.getY(i) + z * normal.getZ(i);
-      lit[i] = Math.round((255 * (0.42 + 0.62 * Math.max(0, 0.25 + 0.75 * across))) / 1.04);
+      const share = (0.42 + 0.62 * Math.max(0, 0.25 + 0.75 * across)) / 1.04;
+      if (isColoured) lit.setW(i, share);
+      else lit.setX(i, share);
     }
     geometry.deleteAttribute('normal');
   }
-  geometry.setAttribute('lit', new BufferAttribute(lit, 1, true));
+  if (!isColoured) geometry.setAttribute('lit', lit);
 }
+
+const hasColours = ({ attributes: { color, _feature_id_0: rows } }) => Boolean(rows) && color?.itemSize === 4;
 
 /** A material for a mesh of a tile, in the place of the loader's. */
 export function materialFor(mesh, shared) {
@@ -128,7 +139,7 @@ export function materialFor(mesh, shared) {
     side: mesh.material.side,
   });
   if (page) material.defines.HAS_MAP = '';
-  if (attributes.color && attributes._feature_id_0) material.defines.HAS_COLOUR = '';
+  if (hasColours(mesh.geometry)) material.defines.HAS_COLOUR = '';
   if (attributes.surfaceClass) material.defines.IS_BUILDING = '';
   return material;
 }

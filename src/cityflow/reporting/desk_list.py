@@ -13,11 +13,24 @@ import numpy as np
 from cityflow.flow.store import Store
 from cityflow.flow.task import digest_of
 from cityflow.reporting.view_tiles import TABLES, UNITS
-from cityflow.viewer.review_list import DOUBTFUL_BORDER, NO_REASON, worth_of
+from cityflow.viewer.review_list import DOUBTFUL_BORDER, NO_REASON, SUSPECTED, suspicion_of, worth_of
 
 Json = Any
 
-FIELDS = ("id", "tile", "status", "verdict", "probability", "nmad", "rmse", "method", "border", "reason", "model")
+FIELDS = (
+    "id",
+    "tile",
+    "status",
+    "verdict",
+    "probability",
+    "nmad",
+    "rmse",
+    "method",
+    "border",
+    "suspicion",
+    "reason",
+    "model",
+)
 NEAR_M = 1.0
 """How far beyond a building the middle of its border may be."""
 _OF_A_PASS = ("seconds", "page")
@@ -102,9 +115,14 @@ def _row(unit: Mapping[str, Json], known: Mapping[str, Mapping[str, Json]], bord
         reason = "; ".join(
             r for r in (reason, f"a border is wrong, or lacking, with a probability of {border:.0%}") if r
         )
+    suspicion = suspicion_of(more.get("attributes", {}))
+    if suspicion >= SUSPECTED:
+        reason = "; ".join(
+            r for r in (f"perhaps no building: points lie on {1 - suspicion:.0%} of its roof", reason) if r
+        )
     values = (
         unit["id"], unit["tile"], unit["status"], unit["verdict"], more.get("good_probability"), unit["nmad"], unit["rmse"],
-        more.get("method") or "", border, reason, digest[:16],
+        more.get("method") or "", border, suspicion, reason, digest[:16],
     )  # fmt: skip
     row = dict(zip(FIELDS, values, strict=True))
     if not row["reason"] and row["verdict"] != "good":
@@ -113,4 +131,7 @@ def _row(unit: Mapping[str, Json], known: Mapping[str, Mapping[str, Json]], bord
 
 
 def _worth(row: Mapping[str, Json]) -> tuple[Any, ...]:
-    return (*worth_of(row["status"], row["verdict"], row["probability"], row["rmse"], row["border"]), row["id"])
+    return (
+        *worth_of(row["status"], row["verdict"], row["probability"], row["rmse"], row["border"], row["suspicion"]),
+        row["id"],
+    )

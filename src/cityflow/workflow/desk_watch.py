@@ -51,20 +51,20 @@ class Watch:
 
     def _look(self) -> None:
         told: tuple[str, int, str] | None = None
-        was_at_work, due = False, 0.0
+        was_at_work, is_old, due = False, False, 0.0
         while not self._stop.wait(LOOK_EVERY_S):
             if not self.is_heard() and not was_at_work:
                 continue
             note = read_note(self.store)
             now = (note.driver, note.beat, str(note.phase)) if note is not None else None
             if now != told:
-                told = now
+                told, is_old = now, True
                 self.tell({"driver": told_of(self.store, note)})
-                if time.monotonic() >= due or (note is not None and not note.is_open):
-                    begun = time.monotonic()
-                    with suppress(CityflowError, OSError):
-                        self.tell({"tiles": tiles_of(self.store, self.asked)})
-                    due = time.monotonic() + max(TILES_EVERY_S, 20 * (time.monotonic() - begun))
+            if is_old and (time.monotonic() >= due or (note is not None and not note.is_open)):
+                begun, is_old = time.monotonic(), False
+                with suppress(CityflowError, OSError):
+                    self.tell({"tiles": tiles_of(self.store, self.asked)})
+                due = time.monotonic() + max(TILES_EVERY_S, 20 * (time.monotonic() - begun))
             is_at_work = is_held(self.store)
             if was_at_work and not is_at_work:
                 self.ended()

@@ -1,4 +1,5 @@
 // Edits that were drawn, and reruns that carry them out: the queue, what each prints, and how it ended.
+import { words } from '../attributes.js';
 import { element, say } from '../elements.js';
 import { isTyping } from './before.js';
 import { attempt } from './desk.js';
@@ -7,6 +8,7 @@ export const LAYERS = {
   outlines: 'Outline', locked: 'Outline, never split', cut_lines: 'Border', no_cut_lines: 'No border', roof_types: 'Roof type', rejected: 'Not a building',
 };
 
+const BEST = '*';
 const NO_TOKEN = 'This address has no token, and can change nothing';
 
 export class Reruns {
@@ -15,9 +17,10 @@ export class Reruns {
     this.wait = element('p', { id: 'desk-pending' });
     this.all = element('button', { type: 'button', id: 'desk-rerun', disabled: true, onclick: () => this.ask([]) }, 'Rerun');
     this.these = element('button', { type: 'button', id: 'desk-rerun-list', disabled: true, onclick: () => this.#askList() }, 'Rerun the list');
+    this.how = element('select', { 'aria-label': 'How the list is made again', id: 'desk-rerun-how' });
     this.edits = element('ol', { id: 'desk-edits', 'aria-label': 'Edits' });
     this.queue = element('ol', { id: 'desk-jobs', 'aria-label': 'Reruns' });
-    root.append(this.wait, element('div', { class: 'row' }, this.all, this.these), element('h3', {}, 'Reruns'), this.queue, element('h3', {}, 'Edits'), this.edits);
+    root.append(this.wait, element('div', { class: 'row' }, this.all), element('div', { class: 'row' }, this.these, this.how), element('h3', {}, 'Reruns'), this.queue, element('h3', {}, 'Edits'), this.edits);
     page.desk.onstate.push((state) => this.#draw(state));
     window.addEventListener('keydown', (event) => {
       if (event.key !== 'r' || isTyping(event) || event.ctrlKey || event.metaKey || event.altKey || page.stage.isFlying) return;
@@ -49,7 +52,8 @@ export class Reruns {
   }
 
   #askList() {
-    return this.ask(this.#listed());
+    const how = this.how.value;
+    return this.ask(this.#listed(), how === BEST ? { clear: true } : how ? { method: how } : {});
   }
 
   /** Buildings of the list that a rerun can make. */
@@ -70,6 +74,7 @@ export class Reruns {
     for (const job of state.jobs) this.jobs.set(job.number, job);
     this.wait.textContent = state.refused || (state.pending ? `${state.pending} ${state.pending === 1 ? 'change waits' : 'changes wait'} for a rerun.` : 'No change waits for a rerun.');
     this.allow();
+    if (!this.how.options.length) this.how.replaceChildren(...[['', 'as it is set'], ...state.methods.map((method) => [method, `by ${words(method)} alone`]), [BEST, 'by the best of all again']].map(([value, title]) => element('option', { value }, title)));
     this.edits.replaceChildren(...[...state.edits].reverse().map((edit) => this.item(edit)));
     this.#drawJobs();
   }

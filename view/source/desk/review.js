@@ -7,9 +7,11 @@ import { attempt } from './desk.js';
 const SHOWN_AT_ONCE = 200;
 /** Probability that a border is wrong or lacking, from which it is worth a look (`viewer/review_list.py`). */
 const DOUBTFUL_BORDER = 0.25;
+/** How little of a model is a building by its points, from which it may be none (same place). */
+const SUSPECTED = 0.5;
 const STATES = [
   ['', 'all'], ['open', 'worth a look, not seen'], ['failed', 'failed'], ['degraded', 'simplified'], ['poor', 'poor'], ['look', 'to look at'], ['good', 'good'],
-  ['border', 'doubtful border'], ['refused', 'refused'], ['noted', 'with a note'], ['seen', 'seen, fine'],
+  ['none', 'perhaps no building'], ['border', 'doubtful border'], ['refused', 'refused'], ['noted', 'with a note'], ['seen', 'seen, fine'],
 ];
 
 export class Review {
@@ -100,7 +102,8 @@ export class Review {
   }
 
   #is(row, state) {
-    if (state === 'open') return row.status !== 'refused' && (row.status === 'failed' || row.status === 'degraded' || row.verdict !== 'good' || row.border >= DOUBTFUL_BORDER) && !this.seen(row);
+    if (state === 'open') return row.status !== 'refused' && (row.status === 'failed' || row.status === 'degraded' || row.verdict !== 'good' || row.suspicion >= SUSPECTED || row.border >= DOUBTFUL_BORDER) && !this.seen(row);
+    if (state === 'none') return row.suspicion >= SUSPECTED;
     if (state === 'border') return row.border >= DOUBTFUL_BORDER;
     if (state === 'seen') return Boolean(this.seen(row));
     if (state === 'noted') return Boolean(this.page.desk.state.notes[row.id]?.notes.length);

@@ -33,6 +33,9 @@ PORTABLE, RAW = "tileset.json", "tileset_raw.json"
 BUILDINGS, BUILDINGS_RAW, TERRAIN, COARSE = "buildings.glb", "buildings_raw.glb", "terrain.glb", "coarse.glb"
 SHARE_OF_DIAGONAL = 1 / 8
 """Geometric error of a tile without content, by its diagonal: at 16 pixels of error on a screen of 1,080 a tile of 500 m loads 5 km away."""
+SWITCH_PX, SEEN_PX = 16.0, 4.0
+"""Viewers show what is finer where a stated error covers the first of these on the screen: the default of CesiumJS, of Cesium for Unreal and Unity, and
+of 3d-tiles-renderer. What a coarse content is off covers the second one there; set by measurement (benchmarks/coarse_switch.py)."""
 
 BOX_MARGIN_M = 0.005
 """Around the vertices, since they are rounded to 32 bits."""
@@ -97,7 +100,7 @@ class Content:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FarContent:
-    """A file that stands for all others of a tile where that is seen from far away, and its geometric error, metres."""
+    """A file that stands for all others of a tile where that is seen from far away, and the geometric error that is stated for it, metres."""
 
     content: Content
     error: float
@@ -147,7 +150,13 @@ def _contents(scene: Scene, frame: TileFrame, buildings: str, terrain: str) -> I
 
 
 def _far(coarse: Coarse | None, frame: TileFrame) -> FarContent | None:
-    return None if coarse is None else FarContent(_content(COARSE, places_of(coarse), frame), coarse.error)
+    return None if coarse is None else FarContent(_content(COARSE, places_of(coarse), frame), stated(coarse.error))
+
+
+def stated(error: float) -> float:
+    """Geometric error that a tileset states for a coarse content, metres to the centimetre, from how far that is off: where the latter covers `SEEN_PX`,
+    viewers go on to what is finer."""
+    return round(error * SWITCH_PX / SEEN_PX, 2)
 
 
 def _content(uri: str, xyz: FloatArray, frame: TileFrame) -> Content:
@@ -188,7 +197,7 @@ def tileset_json(root: dict[str, Json], about: About) -> bytes:
         "asset": {"version": VERSION},
         "schema": {"id": "cityflow_tileset", "classes": {"tileset": {"properties": properties}}},
         "metadata": {"class": "tileset", "properties": metadata},
-        "geometricError": size_of(root["boundingVolume"]["box"]),
+        "geometricError": max(size_of(root["boundingVolume"]["box"]), root["geometricError"]),
         "root": root,
     }
     return compact_json(whole) + b"\n"

@@ -43,7 +43,7 @@ from cityflow.survey.texture_inputs import atlas_cells_of, tiles_around, windows
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = EXPORT
-VERSION = 15
+VERSION = 16
 TILES3D = "tiles3d"
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from cityflow.core.coarse import Coarse
 from cityflow.io.city_models.coarse_glb import places_of, write_coarse_glb
 from cityflow.io.city_models.coarse_merge import for_above, merged
-from cityflow.io.city_models.tiles3d import FOLDER
+from cityflow.io.city_models.tiles3d import FOLDER, stated
 from cityflow.io.city_models.tiles3d_tree import Members, NodeContent
 from cityflow.io.globe import Globe
 from cityflow.io.globe_frame import frame_at
@@ -59,4 +59,6 @@ class FarContents:
         x_0, y_0, x_1, y_1 = coarse.bounds
         frame = frame_at(self._globe, ((x_0 + x_1) / 2, (y_0 + y_1) / 2, 0.0))
         self._publish(f"{FOLDER}/{uri}", write_coarse_glb(self._unit, coarse, frame, self._attribution, is_whole=True))
-        return NodeContent(uri, coarse.error, np.asarray(frame.local(places_of(coarse)) @ frame.axes + frame.origin))
+        return NodeContent(
+            uri, stated(coarse.error), np.asarray(frame.local(places_of(coarse)) @ frame.axes + frame.origin)
+        )

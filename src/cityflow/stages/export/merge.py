@@ -34,7 +34,7 @@ from cityflow.survey.districts import CITY
 from cityflow.survey.results import Results
 from cityflow.survey.survey_parameters import ExportParameters
 
-VERSION = 11
+VERSION = 12
 NOBODY = Refused({}, ())
 
 
