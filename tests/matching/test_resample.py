@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
@@ -32,7 +33,7 @@ def middles(top_left: tuple[int, int], shape: tuple[int, int], step: int = 1) ->
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (3.0, -2.0), (0.25, 0.5), (-1.6, 2.3)])
 def test_a_moved_window_shows_the_ramp_moved(shift: tuple[float, float]) -> None:
-    """Values are rounded to whole ones, and OpenCV's cubic knows a thirty-second of a pixel."""
+    """Values are rounded to whole ones."""
     out, inside = resampled(ramp(), moved(*shift), (20, 30), (37, 51), 0)
     assert inside is None
     x, y = middles((20, 30), (37, 51))
@@ -92,3 +93,24 @@ def test_a_part_of_a_window_is_the_same_as_in_the_whole() -> None:
     whole, _ = resampled(noise, moved(2.5, 1.25), (10, 10), (60, 80), 0)
     part, _ = resampled(noise, moved(2.5, 1.25), (23, 31), (20, 30), 0)
     np.testing.assert_array_equal(part, whole[13:33, 21:51])
+
+
+def test_grey_values_are_those_of_opencv() -> None:
+    """Turned by 11° over the edge of the picture: OpenCV's bicubic interpolation at the same places; a value in ten thousand is rounded the other way."""
+    noise = np.random.default_rng(2).integers(0, 256, (ROWS, COLS, 1)).astype(np.uint8)
+    c, s = np.cos(0.19), np.sin(0.19)
+    x, y = middles((-15, -20), (120, 150))
+    u, v = c * x - s * y + 3.3, s * x + c * y - 5.1
+    out, inside = resampled(
+        raw_grey("a", ArrayPixels(noise)), lambda x, y: np.stack([c * x - s * y + 3.3, s * x + c * y - 5.1], axis=-1),
+        (-15, -20), (120, 150), 0,
+    )  # fmt: skip
+    places = (u - 0.5).astype(np.float32), (v - 0.5).astype(np.float32)
+    wanted = cv2.remap(noise[..., 0], *places, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    assert inside is not None
+    assert 0.3 < inside.mean() < 0.7
+    np.testing.assert_array_equal(inside, (u >= 0) & (u <= COLS) & (v >= 0) & (v <= ROWS))
+    off = np.abs(out.astype(int) - wanted)[inside]
+    assert off.max() <= 1
+    assert off.mean() < 1e-3
+    assert (out[~inside] == FILL).all()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,7 +51,8 @@ def store_layers(workspace: Workspace, zarr: str, whole: Grid, grid: Grid, layer
 
 def store_ortho(workspace: Workspace, zarr: str, whole: Grid, grid: Grid, made: Ortho) -> str:
     """The tile's chunk of the layers ``ortho`` and ``ortho_seen``."""
-    colour = np.ascontiguousarray(np.moveaxis(made.colour, -1, 0))
+    # OpenCV parts colours far faster than numpy
+    colour = np.stack(cv2.split(made.colour)) if made.colour.size else np.moveaxis(made.colour, -1, 0)
     return store_layers(workspace, zarr, whole, grid, {"ortho": colour, "ortho_seen": made.mask})
 
 

@@ -88,7 +88,9 @@ class GreyImage:
             height, width = self.shape(level)
             rows = (row * TILE_PX, min((row + 1) * TILE_PX, height))
             cols = (col * TILE_PX, min((col + 1) * TILE_PX, width))
-            tile = self.curve[_grey(self.pixels.window(rows, cols, level))]
+            grey = _grey(self.pixels.window(rows, cols, level))
+            # OpenCV looks up bytes four times as fast
+            tile = np.asarray(cv2.LUT(grey, self.curve)) if grey.dtype == np.uint8 else self.curve[grey]
             self.store.put(key, tile)
         return tile
 

@@ -12,6 +12,7 @@ from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.depth_map import DepthMap
 from cityflow.core.ground_cells import GroundCells
+from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.core.pixels import Pixels
 from cityflow.matching.block_use import BlockUse, Square, squares_of
@@ -183,15 +184,26 @@ def _deal(
 ) -> None:  # fmt: skip
     """Give each tile the pixels of its needed parts whose points stand in its cells; `normal` is that of the square."""
     known = np.isfinite(found.depth)
-    normal = normal[known]
-    rays = np.concatenate([normal, np.ones((len(normal), 1))], axis=-1) @ reference.rotation
-    x, y = (reference.centre[:2] + found.depth[known, None].astype(np.float64) * rays[:, :2]).T
+    x, y = _places(found.depth, normal, reference.rotation, reference.centre)
     for tile, mask in needed.of_tile.items():
         if mask[square.parts].any():
             own = np.repeat(np.repeat(mask[square.parts], PART_PX, axis=0), PART_PX, axis=1)
             kept = known & own[: known.shape[0], : known.shape[1]]
-            kept[kept] = grounds[tile].holds(x[kept[known]], y[kept[known]])
+            kept[kept] = grounds[tile].holds(x[kept], y[kept])
             depths.add(tile, found, kept)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _places(depth, normal, rotation, centre):  # type: ignore[no-untyped-def]
+    """(h, w) each, x and y of the points of pixels, world metres; NaN where there is no depth."""
+    h, w = depth.shape
+    x, y = np.empty((h, w)), np.empty((h, w))
+    for i in range(h):
+        for j in range(w):
+            u, v, z = normal[i, j, 0], normal[i, j, 1], np.float64(depth[i, j])
+            x[i, j] = centre[0] + z * (u * rotation[0, 0] + v * rotation[1, 0] + rotation[2, 0])
+            y[i, j] = centre[1] + z * (u * rotation[0, 1] + v * rotation[1, 1] + rotation[2, 1])
+    return x, y
 
 
 def _normal(camera: Camera, window: Window) -> FloatArray:

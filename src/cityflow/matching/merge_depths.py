@@ -74,7 +74,7 @@ def depths_of_pair(
     return _depths(normal, disparity, corner, _Geometry(*map(float, numbers)), sigma_px, LEAST_FAN, most_sigma)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _depth(u, v_row, d, g):  # type: ignore[no-untyped-def]
     """Depth of the point that a ray of the reference image at rectified (u, v_row) meets with the partner's ray at u - d."""
     rx = u / g.focal
@@ -102,27 +102,28 @@ def _disparity_at(disparity, y, x):  # type: ignore[no-untyped-def]
     return c if fx < 0.5 else d
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _depths(normal, disparity, corner, g, sigma_px, least_fan, most_sigma):  # type: ignore[no-untyped-def]
+    """Row by row, so that loops but the one that looks up disparities become vector instructions."""
     h, w = normal.shape[0], normal.shape[1]
-    depth = np.full((h, w), np.nan, np.float32)
-    sigma = np.full((h, w), np.nan, np.float32)
+    depth, sigma = np.empty((h, w), np.float32), np.empty((h, w), np.float32)
+    u, v_row, d = np.empty(w), np.empty(w), np.empty(w)
     for i in range(h):
         for j in range(w):
-            u = g.focal * (g.cos * normal[i, j, 0] + g.sin * normal[i, j, 1])
-            v = g.focal * (g.cos * normal[i, j, 1] - g.sin * normal[i, j, 0])
-            fan = 1.0 - u * g.fan
-            if fan < least_fan:
-                continue
-            v_row = v / fan
-            d = _disparity_at(disparity, v_row - g.row_0 - 0.5 - corner[0], u - g.col_0 - 0.5 - corner[1])
-            if np.isnan(d):
-                continue
-            z = _depth(u, v_row, d, g)
-            spread = abs(_depth(u, v_row, d + 0.5, g) - _depth(u, v_row, d - 0.5, g)) * sigma_px
-            if z > 0 and spread <= most_sigma:
-                depth[i, j] = z
-                sigma[i, j] = spread
+            x, y = normal[i, j, 0], normal[i, j, 1]
+            u[j] = g.focal * (g.cos * x + g.sin * y)
+            fan = 1.0 - u[j] * g.fan
+            v_row[j] = g.focal * (g.cos * y - g.sin * x) / fan if fan >= least_fan else np.nan
+        for j in range(w):
+            d[j] = np.nan
+            if not np.isnan(v_row[j]):
+                d[j] = _disparity_at(disparity, v_row[j] - g.row_0 - 0.5 - corner[0], u[j] - g.col_0 - 0.5 - corner[1])
+        for j in range(w):
+            z = _depth(u[j], v_row[j], d[j], g)
+            spread = abs(_depth(u[j], v_row[j], d[j] + 0.5, g) - _depth(u[j], v_row[j], d[j] - 0.5, g)) * sigma_px
+            known = (z > 0) & (spread <= most_sigma)  # False with NaN
+            depth[i, j] = z if known else np.nan
+            sigma[i, j] = spread if known else np.nan
     return depth, sigma
 
 

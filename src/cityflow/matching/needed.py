@@ -129,8 +129,8 @@ def ground_boxes(lattice: PairLattice, level: int, rows: IntArray, cols: IntArra
     """
     out = np.full((len(rows), 4), np.nan)
     x, y = lattice.pair.rectified(lattice.pair.reference.camera.undistort(part_corners(lattice, rows, cols)))
-    under = blocks_under(lattice, level, x, y)
-    found = np.array([_search_range(lattice, level, ends) for ends in under.tolist()]).reshape(-1, 2)
+    under, which = np.unique(blocks_under(lattice, level, x, y), axis=0, return_inverse=True)
+    found = np.array([_search_range(lattice, level, ends) for ends in under.tolist()]).reshape(-1, 2)[which]
     seen = np.isfinite(found[:, 0])
     x, y, found = x[seen], y[seen], found[seen]
     ends = [lattice.pair.world(x, y, lattice.pair.depths(x, y, found[:, i, None] + 0.0 * x)) for i in (0, 1)]

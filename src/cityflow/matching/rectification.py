@@ -16,6 +16,7 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import Camera, OrientedImage
+from cityflow.core.kernels import njit
 from cityflow.errors import CityflowError
 
 LEAST_FAN = 0.3
@@ -25,6 +26,13 @@ LEAST_SHARE = 0.7
 """Share of the reference image that must be left."""
 FURTHEST = 30.0
 """Rays that meet the reference plane further off than this, in units of the camera's distance from the plane, look at the horizon."""
+
+
+IN_IMAGE = (0.0, 0.0, 1.0)
+"""A plane on which the depths of all rays are 1."""
+
+_Plane = tuple[tuple[float, float, float], tuple[float, float, float], float]
+"""Correction of rows (constant, per x, per y); n / c of a plane as in `Rectification`; what n · ray / c is at the horizon."""
 
 
 class UnusablePair(CityflowError):
@@ -79,22 +87,30 @@ class Rectification:
 
     def reference_pixels(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Rectified coordinates → (…, 2) image coordinates in the reference image; NaN far outside."""
-        return _seen(self.reference.camera, self._turned_back(self.rays(x, y)))
+        camera, here = self.reference.camera, (0.0, 0.0, 0.0)
+        return self._pixels(camera, x, y, (here, IN_IMAGE, 0.0), (self._back, np.zeros(3)))
 
     def partner_pixels(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Rectified coordinates → (…, 2) image coordinates in the partner of what the reference plane shows there; NaN where nothing is."""
-        a, b, c = self.offset
-        y = y + a + b * x + c * y
-        ray = self.rays(x, y)
-        nearness = ray @ self.plane
-        flat = np.linalg.norm(self.plane)
-        with np.errstate(divide="ignore"):
-            depth = np.where(nearness > flat / FURTHEST, 1.0 / nearness, np.nan)
-        local = self._turned_back(ray * depth[..., None])
-        seen = (
-            local @ self.reference.rotation + (self.reference.centre - self.partner.centre)
-        ) @ self.partner.rotation.T
-        return _seen(self.partner.camera, seen)
+        plane = float(self.plane[0]), float(self.plane[1]), float(self.plane[2])
+        to_partner = self.partner.rotation @ self.reference.rotation.T @ self._back
+        apart = self.partner.rotation @ (self.reference.centre - self.partner.centre)
+        nearest = float(np.linalg.norm(self.plane)) / FURTHEST
+        return self._pixels(self.partner.camera, x, y, (self.offset, plane, nearest), (to_partner, apart))
+
+    def _pixels(
+        self, camera: Camera, x: FloatArray, y: FloatArray, plane: _Plane, way: tuple[FloatArray, FloatArray]
+    ) -> FloatArray:
+        """(…, 2) image coordinates in a camera; `way` leads into its frame."""
+        lattice = *self.origin, self.focal, self.fan
+        normal = _normals(np.ravel(x), np.ravel(y), lattice, plane, way, _reach(camera) ** 2)
+        return camera.distort(normal).reshape(*np.shape(x), 2)
+
+    @property
+    def _back(self) -> FloatArray:
+        """(3, 3) from the rectified frame into that of the reference camera."""
+        c, s = self.turn
+        return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
     def disparities(self, x: FloatArray, y: FloatArray, depth: FloatArray) -> FloatArray:
         """Disparities of points at a depth in the reference image; NaN where the partner does not look down on the plane through them."""
@@ -222,15 +238,24 @@ def _border(camera: Camera) -> FloatArray:
     return np.concatenate([np.column_stack([a * camera.width, b * camera.height]) for a, b in sides])
 
 
-def _seen(camera: Camera, local: FloatArray) -> FloatArray:
-    """(…, 2) image coordinates of points in the camera frame; NaN behind the camera and where distortion would fold them back."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        normal = local[..., :2] / local[..., 2:]
-        bad = ~((local[..., 2] > 0) & (np.hypot(normal[..., 0], normal[..., 1]) < _reach(camera)))
-    normal[bad] = 0.0
-    uv = camera.distort(normal)
-    uv[bad] = np.nan
-    return uv
+@njit(cache=True, nogil=True, error_model="numpy")
+def _normals(x, y, lattice, plane, way, reach):  # type: ignore[no-untyped-def]
+    """(N, 2) undistorted normalised coordinates in a camera of what a plane shows at rectified coordinates; NaN where that is behind the camera, farther off
+    the axis than the root of `reach`, or at the horizon."""
+    (x_0, y_0, focal, fan), ((a, b, c), (p, q, r), nearest), (turn, apart) = lattice, plane, way
+    out = np.empty((len(x), 2))
+    for i in range(len(x)):
+        down = y[i] + (a + b * x[i] + c * y[i])
+        u = x[i] + x_0
+        e, f = u / focal, (down + y_0) * (1.0 - u * fan) / focal
+        near = p * e + q * f + r
+        right = turn[0, 0] * e + turn[0, 1] * f + turn[0, 2] + apart[0] * near
+        below = turn[1, 0] * e + turn[1, 1] * f + turn[1, 2] + apart[1] * near
+        ahead = turn[2, 0] * e + turn[2, 1] * f + turn[2, 2] + apart[2] * near
+        v, w = right / ahead, below / ahead
+        shown = (near > nearest) & (ahead > 0.0) & (v * v + w * w < reach)
+        out[i, 0], out[i, 1] = v if shown else np.nan, w if shown else np.nan
+    return out
 
 
 @lru_cache(maxsize=64)

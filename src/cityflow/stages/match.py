@@ -30,7 +30,7 @@ from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "match"
-VERSION = 4
+VERSION = 5
 GROUND = "ground "
 """Begins the names of the inputs that tell over which ground tiles an image is matched."""
 NO_PARTNER = "no partner of the reference image could be read"

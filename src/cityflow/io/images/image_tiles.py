@@ -17,6 +17,7 @@ from rasterio.errors import NotGeoreferencedWarning, RasterioError
 from rasterio.io import DatasetReader, DatasetWriter
 from rasterio.windows import Window
 
+from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.core.pixels import PixelArray, level_shape
 from cityflow.errors import CatalogError
@@ -30,6 +31,8 @@ SMALLEST_PX = 256
 
 JPEG_START, JPEG_END = b"\xff\xd8", b"\xff\xd9"
 TAIL_BYTES = 1 << 16
+ZSTD_LEVEL = 1
+"""Of compression: files are 4 % larger than at level 3, and made in 0.8 of the time."""
 
 
 class TilingParameters(Parameters):
@@ -125,36 +128,53 @@ class _Pyramid:
 
     def __init__(self, shape: tuple[int, int], bands: int, dtype: np.dtype[Any], levels: int) -> None:
         self.shape = shape
-        self.levels = {level: np.empty((*level_shape(*shape, level), bands), dtype) for level in range(1, levels)}
+        sizes = {level: level_shape(*shape, level) for level in range(1, levels)}
+        # band by band in memory, as they are written
+        self.levels = {level: np.moveaxis(np.empty((bands, *size), dtype), 0, -1) for level, size in sizes.items()}
 
     def add(self, row: int, strip: PixelArray) -> None:
-        sums = strip.astype(np.uint32)
+        sums = np.ascontiguousarray(np.moveaxis(strip, -1, 0))
         for level, target in self.levels.items():
             sums = _halved(sums)
             first = row >> level
-            count = self._count(strip.shape[0], level)
-            target[first : first + len(sums)] = (2 * sums + count) // (2 * count)
-
-    def _count(self, rows: int, level: int) -> np.ndarray[Any, np.dtype[np.uint32]]:
-        """(rows, cols, 1) pixels of level 0 in each pixel of a level."""
-        tall = _spans(rows, level)
-        wide = _spans(self.shape[1], level)
-        return (tall[:, None] * wide[None, :])[..., None]
+            tall, wide = _spans(strip.shape[0], level), _spans(self.shape[1], level)
+            _means(sums, tall, wide, level, target[first : first + sums.shape[1]])
 
 
 def _spans(length: int, level: int) -> np.ndarray[Any, np.dtype[np.uint32]]:
+    """Pixels of level 0 along each one of a level."""
     starts = np.arange(0, length, 1 << level)
     return np.minimum(length - starts, 1 << level).astype(np.uint32)
 
 
-def _halved(sums: np.ndarray[Any, np.dtype[np.uint32]]) -> np.ndarray[Any, np.dtype[np.uint32]]:
-    """Sums of pairs of rows and of columns; a last one without a partner stands alone."""
-    rows, cols = sums.shape[:2]
-    tall = sums[0::2].copy()
-    tall[: rows // 2] += sums[1::2]
-    wide = tall[:, 0::2].copy()
-    wide[:, : cols // 2] += tall[:, 1::2]
-    return wide
+@njit(cache=True, nogil=True)
+def _halved(sums):  # type: ignore[no-untyped-def]
+    """Sums (bands, rows, cols) of pairs of rows and of columns, uint32; a last one without a partner stands alone."""
+    bands, rows, cols = sums.shape
+    out = np.zeros((bands, (rows + 1) // 2, (cols + 1) // 2), np.uint32)
+    for k in range(bands):
+        for i in range(rows):
+            own, row = out[k, i // 2], sums[k, i]
+            for j in range(cols // 2):
+                own[j] += np.uint32(row[2 * j]) + np.uint32(row[2 * j + 1])
+            if cols % 2:
+                own[cols // 2] += np.uint32(row[cols - 1])
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _means(sums, tall, wide, level, out):  # type: ignore[no-untyped-def]
+    """Rounded means (rows, cols, bands); `tall` and `wide` are rows and columns of the pixels that were summed up, mostly all that a level may have."""
+    whole = np.uint32(1) << np.uint32(2 * level)
+    half, bits = np.uint32(whole // 2), np.uint32(2 * level)
+    for i in range(sums.shape[1]):
+        for j in range(sums.shape[2]):
+            count = np.uint32(tall[i] * wide[j])
+            for k in range(sums.shape[0]):
+                if count == whole:
+                    out[i, j, k] = (sums[k, i, j] + half) >> bits
+                else:
+                    out[i, j, k] = (2 * sums[k, i, j] + count) // (2 * count)
 
 
 def _strips(dataset: DatasetReader, bands: tuple[int, ...], rows: int) -> Iterator[tuple[int, PixelArray]]:
@@ -197,7 +217,7 @@ def _layout(bands: int, dtype: str, parameters: TilingParameters) -> dict[str, A
         "driver": "GTiff", "count": bands, "dtype": dtype, "tiled": True, "blockxsize": tile, "blockysize": tile,
         "interleave": "pixel", "compress": parameters.compression, "predictor": 2, "num_threads": "1",
         "photometric": "MINISBLACK" if bands == 1 else "RGB", "bigtiff": "IF_SAFER",
-        **({"zstd_level": 3} if parameters.compression == "zstd" else {"zlevel": 6}),
+        **({"zstd_level": ZSTD_LEVEL} if parameters.compression == "zstd" else {"zlevel": 6}),
         **({"alpha": "NO"} if bands == 4 else {}),
     }  # fmt: skip
 
