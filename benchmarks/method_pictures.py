@@ -11,6 +11,7 @@ from pathlib import Path
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from cityflow.core.building import Polyhedron
 from cityflow.core.grid import Grid
@@ -114,7 +115,7 @@ def splitting_lidar(path: Path) -> None:
     picture(evidence, row, split(evidence, SplitParameters()), path)
 
 
-def save(figure: plt.Figure, path: Path) -> None:
+def save(figure: Figure, path: Path) -> None:
     figure.tight_layout()
     figure.savefig(path, dpi=75)
     plt.close(figure)
