@@ -11,14 +11,17 @@ import argparse
 import os
 import resource
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import shapely
 
+from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Semantic
 from cityflow.core.colour_image import ColourImage
+from cityflow.core.grid import Bounds, Grid
 from cityflow.core.texture import FacePlane
 from cityflow.io.images.image_write import jpeg_bytes, png_bytes
 from cityflow.stages.atlas import without_black
@@ -37,24 +40,32 @@ ATLAS = AtlasParameters()
 
 
 def stage(asked: argparse.Namespace, p: TextureParameters) -> dict[str, object]:
-    """Twice, so that nothing is compiled in the second, which counts."""
+    """With images and surface of a run."""
     parameters = parameters_of(asked.survey)
-    houses = true_houses(make_town(parameters.seed, parameters.whole_town))
-    x_0, y_0, x_1, y_1 = parameters.area
-    middle = np.array([(x_0 + x_1) / 2, (y_0 + y_1) / 2])
-    houses.sort(key=lambda h: float(np.hypot(*(h.outline.centroid.coords[0] - middle))))
-    faces, used = _faces(houses)
-    xyz = np.concatenate([f.rings[0] for f in faces]).mean(axis=0)
     images = images_of(asked.survey / "catalog", asked.run)
+    houses = true_houses(make_town(parameters.seed, parameters.whole_town))
+    return timed(nearest(houses, parameters.area), images, run_surface(asked.run), p, asked.least)
+
+
+def nearest(houses: Sequence[House], area: Bounds) -> list[House]:
+    """Those at the middle of an area first."""
+    middle = np.array([(area[0] + area[2]) / 2, (area[1] + area[3]) / 2])
+    return sorted(houses, key=lambda h: float(np.hypot(*(h.outline.centroid.coords[0] - middle))))
+
+
+def timed(
+    houses: Sequence[House], images: list[ColourImage], surface: tuple[Grid, FloatArray], p: TextureParameters, least: int
+) -> dict[str, object]:  # fmt: skip
+    """Of faces of the first houses; twice, so that nothing is compiled in the second, which counts. `least`: candidates a face must have on average."""
+    faces, used = faces_of(houses)
+    xyz = np.concatenate([f.rings[0] for f in faces]).mean(axis=0)
     pairs = sum(len(views_of(f, [i.image for i in images])) for f in faces)
-    if pairs < asked.least * len(faces):
+    if pairs < least * len(faces):
         raise SystemExit(
-            f"{pairs / len(faces):.0f} candidates a face, {asked.least} wanted: fly more images (see --help), or ask with --least"
+            f"{pairs / len(faces):.0f} candidates a face, {least} wanted: fly more images (see --help), or ask with --least"
         )
     bounds = (*(xyz[:2] - NEAR_M), *(xyz[:2] + NEAR_M))
-    grid, heights = cut(
-        run_surface(asked.run), (float(bounds[0]), float(bounds[1]), float(bounds[2]), float(bounds[3]))
-    )
+    grid, heights = cut(surface, (float(bounds[0]), float(bounds[1]), float(bounds[2]), float(bounds[3])))
     around = Surroundings([s for h in houses[:used] for s in h.all], [s for h in houses[used:] for s in h.all], heights, grid)  # fmt: skip
     _once(faces, images, around, p)
     before = _peak_mb()
@@ -79,7 +90,7 @@ def _once(faces: list[FacePlane], images: list[ColourImage], around: Surrounding
     return made, pages
 
 
-def _faces(houses: list[House]) -> tuple[list[FacePlane], int]:
+def faces_of(houses: Sequence[House]) -> tuple[list[FacePlane], int]:
     """The faces of the first houses but their party walls, as many as wanted; and of how many houses."""
     faces: list[FacePlane] = []
     plan = shapely.union_all([h.outline for h in houses])
