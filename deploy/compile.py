@@ -10,6 +10,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
 from multiprocessing import get_context
+from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
@@ -35,6 +36,7 @@ from cityflow.flow.store import Store
 from cityflow.flow.workspace import Workspace
 from cityflow.geometry.textured_view import TexturedTriangles
 from cityflow.handover.depth_map_files import decode_depth_map, encode_depth_map
+from cityflow.io.images.image_tiles import Strips, tile_strips
 from cityflow.io.points.las_image_points import write_image_points
 from cityflow.matching.match import MatchParameters, match
 from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
@@ -124,6 +126,13 @@ def match_pictures() -> None:
     heights, grid = surface.fine.dsm_filled.astype(np.float32), surface.fine.grid
     sample(grid, heights, np.array([50.0]), np.array([50.0]))
     true_ortho(grid, heights, BlockingSurface(grid, heights), images)
+
+
+def tile_picture() -> None:
+    """A picture of two strips with its pyramid."""
+    pixels = np.zeros((600, 520, 3), np.uint8)
+    with TemporaryDirectory() as folder:
+        tile_strips(Strips(600, 520, 3, "uint8", [(0, pixels[:512]), (512, pixels[512:])]), Path(folder) / "image.tif")
 
 
 def tie_pictures() -> None:
@@ -220,7 +229,8 @@ if __name__ == "__main__":
     # between two collections, a seventh of the time goes into these
     with ProcessPoolExecutor(2, get_context("spawn"), gc.set_threshold, (100_000,)) as pool:
         for part in [
-            pool.submit(p) for p in (reconstruct_houses, match_pictures, find_house, split_row, paint_house, render)
+            pool.submit(p)
+            for p in (reconstruct_houses, match_pictures, tile_picture, find_house, split_row, paint_house, render)
         ]:
             part.result()
     for of in (CITY, SYNTH):
