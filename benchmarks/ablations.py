@@ -29,7 +29,6 @@ from verdicts_run import share_of, units_of
 BEST = ("orientation_histogram", "volumetric", "extruded")
 PARTS: dict[str, dict[str, Any]] = {
     "default": {"methods": BEST},
-    "steps where points end": {"methods": BEST, "seen_steps": {"wanted": False}},
     "with monolithic": {"methods": (*BEST[:2], "monolithic", BEST[2])},
     "order of the paper": {"methods": ("monolithic",)},
     "volumetric alone": {"methods": ("volumetric", "extruded")},
