@@ -14,6 +14,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -42,7 +43,7 @@ class Surface:
 
     def colours(self, triangle: Array, weights: Array) -> Array:
         """(N, 3) linear light at places, by triangle and barycentric weights (N, 3)."""
-        found = np.einsum("nk,nkc->nc", weights, self.colour[triangle])
+        found: Array = np.einsum("nk,nkc->nc", weights, self.colour[triangle])
         uv = np.einsum("nk,nkc->nc", weights, self.uv[triangle])
         for number, page in enumerate(self.pages):
             on = self.page[triangle] == number
@@ -59,8 +60,14 @@ def joined(several: list[Surface]) -> Surface:
     for one in several:
         page.append(np.where(one.page >= 0, one.page + len(pages), -1))
         pages += one.pages
-    keys = ("corners", "part", "colour", "uv")
-    return Surface(*(np.concatenate([getattr(one, k) for one in several]) for k in keys), np.concatenate(page), pages)
+    return Surface(
+        np.concatenate([one.corners for one in several]),
+        np.concatenate([one.part for one in several]),
+        np.concatenate([one.colour for one in several]),
+        np.concatenate([one.uv for one in several]),
+        np.concatenate(page),
+        pages,
+    )
 
 
 def read(path: Path, transform: Array) -> Surface:
@@ -104,7 +111,7 @@ def read(path: Path, transform: Array) -> Surface:
     return joined(found)
 
 
-def _light(glb: Glb, primitive: dict, attributes: dict[str, Array], count: int) -> Array:
+def _light(glb: Glb, primitive: dict[str, Any], attributes: dict[str, Array], count: int) -> Array:
     """(count, 3) linear light of corners without a picture: their own, 16 bits, else their material's."""
     if "COLOR_0" in attributes:
         return attributes["COLOR_0"][:, :3] / 65535
@@ -121,7 +128,7 @@ def switches(
 
 
 def _below(
-    folder: Path, tile: dict, transform: Array
+    folder: Path, tile: dict[str, Any], transform: Array
 ) -> Iterator[tuple[str, float, Path, Array, list[tuple[Path, Array]]]]:
     if "transform" in tile:
         transform = transform @ np.array(tile["transform"]).reshape(4, 4).T
@@ -137,7 +144,7 @@ def _below(
         yield from _below(folder, child, transform)
 
 
-def _contents(folder: Path, tile: dict, transform: Array) -> Iterator[tuple[Path, Array]]:
+def _contents(folder: Path, tile: dict[str, Any], transform: Array) -> Iterator[tuple[Path, Array]]:
     """Contents that are shown first below."""
     if "transform" in tile:
         transform = transform @ np.array(tile["transform"]).reshape(4, 4).T
@@ -193,7 +200,7 @@ def _linear(colour: Array) -> Array:
 
 def _lab(light: Array) -> Array:
     srgb = np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.clip(light, 0, 1) ** (1 / 2.4) - 0.055)
-    return cv2.cvtColor(srgb.astype(np.float32)[None], cv2.COLOR_RGB2LAB)[0]
+    return np.asarray(cv2.cvtColor(srgb.astype(np.float32)[None], cv2.COLOR_RGB2LAB)[0])
 
 
 def main() -> None:
@@ -209,9 +216,9 @@ def main() -> None:
         fine, coarse = joined([read(*one) for one in finer]), read(content, transform)
         for part, values in held_against(fine, coarse, error / chosen.pixels, rng).items():
             found[kind, part].append(values)
-    for kind, values in sorted(errors.items()):
+    for kind, stated in sorted(errors.items()):
         print(
-            f"{len(values)} {kind}s, stated error {min(values):.2f} to {max(values):.2f} m, in the median {np.median(values):.2f}"
+            f"{len(stated)} {kind}s, stated error {min(stated):.2f} to {max(stated):.2f} m, in the median {np.median(stated):.2f}"
         )
     print("of      part    distance px: half, 95 %   colours ΔE: half, 95 %")
     for (kind, part), several in sorted(found.items()):
