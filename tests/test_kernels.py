@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import importlib.util
+import os
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -67,6 +69,28 @@ def test_a_kernel_is_compiled_anew_where_one_that_it_calls_has_changed(
     for more, step, kept in ((0, 0, 0), (0, 0, 1), (0, 5, 0), (3, 5, 0), (3, 5, 1)):
         (tmp_path / "called.py").write_text(called.format(more, step))
         assert loaded(tmp_path) == (2 * (1 + step) + more, kept)
+
+
+def test_kernels_that_two_processes_compiled_do_not_take_each_others_parts(tmp_path: Path) -> None:
+    """numba's counts of both processes are led to where the parts of a sort and of an argsort would have one name."""
+    for name in ("sort", "argsort"):
+        (tmp_path / f"by_{name}.py").write_text(
+            f"import numpy as np\nfrom cityflow.core.kernels import njit\n\n@njit(cache=True)\ndef first(a):\n    return np.{name}(a)[0]\n"
+        )
+    begin = "import sys; sys.dont_write_bytecode = True; import numpy as np; from numba.core.bytecode import FunctionIdentity; a = np.array([3.0, 1.0, 2.0]); "
+    skip = "[next(FunctionIdentity._unique_ids) for _ in range({})]; "
+    for words in (
+        f"import by_sort; {skip.format(0)} print(by_sort.first(a))",
+        f"import by_argsort; {skip.format(3)} print(by_argsort.first(a))",
+        "from by_sort import first as one; from by_argsort import first as two; "
+        "print(one(a), two(a), one.stats.cache_hits.total(), two.stats.cache_hits.total())",
+    ):
+        path = f"{PACKAGE.parent}{os.pathsep}{tmp_path}"
+        found = subprocess.run(
+            [sys.executable, "-c", begin + words],
+            env={**os.environ, "PYTHONPATH": path}, cwd=tmp_path, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+    assert found.stdout.split() == ["1.0", "1", "1", "1"]
 
 
 def test_a_kernel_is_compiled_anew_where_an_intrinsic_that_it_calls_has_changed(

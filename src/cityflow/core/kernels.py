@@ -4,17 +4,36 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import os
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core import types
+from numba.core.bytecode import FunctionIdentity
 from numba.core.registry import CPUDispatcher
 from numba.extending import _Intrinsic
 
 CONSTANTS = (int, float, str, tuple)
+NAMES = "numbers by process"
+"""How machine code is named; part of every cached kernel's stamp."""
+
+
+def _count_from_elsewhere() -> None:
+    """Give the functions that this process compiles numbers that no other process gives.
+
+    numba counts functions from 1 in each process and names their machine code by that number. So of two cached kernels that two processes compiled, one
+    may bear the name of a part of the other. A third process that loads both then runs the first in place of the second: a sort in place of an argsort.
+    """
+    FunctionIdentity._unique_ids = count(int.from_bytes(os.urandom(7), "big"))
+
+
+_count_from_elsewhere()
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_count_from_elsewhere)
 
 
 def njit(**options: Any) -> Any:
@@ -30,7 +49,7 @@ def njit(**options: Any) -> Any:
         kernel.get_call_template = partial(_template_by_types, kernel.get_call_template)
         if options.get("cache"):
             kept = kernel._cache._cache_file
-            parts = [repr(kept._source_stamp), *sorted(_parts(function))]
+            parts = [repr(kept._source_stamp), NAMES, *sorted(_parts(function))]
             kept._source_stamp = hashlib.sha256("\n".join(parts).encode()).hexdigest()
         return kernel
 
