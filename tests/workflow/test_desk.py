@@ -38,7 +38,7 @@ from cityflow.workflow.former_state import begin_update
 from cityflow.workflow.run_part import SHOWN
 from small_pictures import draw_small
 
-HALVES = ("double.901150_4600350", "double.901250_4600350")
+HALVES = ("double.901149_4600350", "double.901249_4600350")
 
 
 @pytest.fixture(scope="module")
