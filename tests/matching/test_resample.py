@@ -87,6 +87,23 @@ def test_a_window_beside_the_image_or_from_nowhere_is_all_fill() -> None:
         assert not inside.any()
 
 
+@pytest.mark.parametrize("far", [np.inf, -np.inf, 1e300])
+def test_what_comes_from_infinitely_far_comes_from_nowhere(far: float) -> None:
+    """Between infinite places lies no number, and so no pixel of the image."""
+
+    def source(beyond: float) -> PixelMap:
+        return lambda x, y: np.where(x[..., None] > 40, beyond, np.stack([x, y], axis=-1))
+
+    for one, other in zip(
+        resampled(ramp(), source(far), (20, 20), (40, 60), 0),
+        resampled(ramp(), source(np.nan), (20, 20), (40, 60), 0),
+        strict=True,
+    ):
+        assert one is not None
+        assert other is not None
+        np.testing.assert_array_equal(one, other)
+
+
 def test_a_part_of_a_window_is_the_same_as_in_the_whole() -> None:
     """Blocks of the lattice must not depend on where they are cut: nodes are counted from the window, a linear map does not care."""
     noise = raw_grey("a", ArrayPixels(np.random.default_rng(1).integers(0, 256, (ROWS, COLS, 1)).astype(np.uint8)))

@@ -23,6 +23,8 @@ BORDER_PX = 4
 """Pixels that a window is widened by, as its edge is: more than a place on the edge reads."""
 NOWHERE = -1e6
 """Row and column of what no image sees."""
+FARTHEST = 1e30
+"""Places farther away, not numbers among them, are nowhere: between infinite ones there would be no number, and no pixel."""
 
 PixelMap = Callable[[FloatArray, FloatArray], FloatArray]
 
@@ -64,7 +66,7 @@ def _source_nodes(source: PixelMap, top_left: tuple[int, int], shape: tuple[int,
     y = (top_left[0] + (np.arange(down) - 0.5) * NODE_PX) * step
     x = (top_left[1] + (np.arange(right) - 0.5) * NODE_PX) * step
     uv = source(*np.meshgrid(x, y)) / step - 0.5
-    return np.ascontiguousarray(np.nan_to_num(uv, nan=NOWHERE).transpose(2, 0, 1)[::-1])
+    return np.ascontiguousarray(np.where(np.abs(uv) < FARTHEST, uv, NOWHERE).transpose(2, 0, 1)[::-1])
 
 
 def _used(nodes: FloatArray, size: int) -> tuple[int, int]:
