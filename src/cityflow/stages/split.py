@@ -37,7 +37,7 @@ from cityflow.survey.survey import Survey
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = "split"
-VERSION = 9
+VERSION = 10
 SPLIT = "split.json"
 NADIR = LocalFrame("nadir", np.eye(3), np.zeros(3))
 AROUND_M = 2.0

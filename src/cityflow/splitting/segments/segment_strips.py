@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.arrays import Float32Array, FloatArray
+from cityflow.core.kernels import njit
 from cityflow.splitting.scores.medians import lower_median
 
 LEFT, RIGHT, ACROSS = 0, 1, 2
+"""As if columns were x and rows y."""
 STATIONS, ROWS = 24, 5
 """Places along a line, and to one side of it, at which heights are looked up; more do not make it surer."""
 ROUNDS = 4
@@ -31,7 +34,7 @@ class Strips(NamedTuple):
     ----------
     z : (N, 2) heights on the line at start and end, metres
     scatter : (N,) robust standard deviation about the plane, metres
-    slope : (N,) across the line, metres per metre, to the right
+    slope : (N,) across the line, metres per metre, to the left
     independent : (N,) number of independent heights
     width : (N,) of the strip, metres
     """
@@ -67,36 +70,32 @@ def strips(dsm: Float32Array, ends: FloatArray, cell: float) -> Strips:
     return narrow
 
 
-class _Heights(NamedTuple):
-    """(N, M) heights beside lines, NaN unknown: share of the way from the middle, cells to the right, metres; (M,) on the left."""
-
-    t: FloatArray
-    u: FloatArray
-    z: FloatArray
-    left: BoolArray
-
-
-def _heights(dsm: Float32Array, ends: FloatArray, outer: float) -> _Heights:
-    """Of the centres of the cells met at `STATIONS` places along each line, `ROWS` to either side up to so many cells away."""
-    along = ends[:, 1] - ends[:, 0]
-    length = np.maximum(np.linalg.norm(along, axis=1), 1e-6)[:, None]
-    x, y = (along / length).T[..., None]
-    off = INNER_CELLS + (outer - INNER_CELLS) * (np.arange(ROWS) + 0.5) / ROWS
-    s = length * np.repeat((np.arange(STATIONS) + 0.5) / STATIONS, 2 * ROWS)
-    w = np.tile(np.concatenate([off, -off]), STATIONS)
-    col = np.floor(ends[:, 0, :1] + s * x - w * y + 0.5).astype(np.int64)
-    row = np.floor(ends[:, 0, 1:] + s * y + w * x + 0.5).astype(np.int64)
-    inside = (row >= 0) & (col >= 0) & (row < dsm.shape[0]) & (col < dsm.shape[1])
-    z = np.where(inside, dsm[np.where(inside, row, 0), np.where(inside, col, 0)], np.nan).astype(np.float64)
-    dx, dy = col - ends[:, 0, :1], row - ends[:, 0, 1:]
-    return _Heights((dx * x + dy * y) / length - 0.5, dy * x - dx * y, z, w > 0)
+@njit(cache=True, nogil=True)
+def _heights(dsm: Float32Array, ends: FloatArray, outer: float) -> FloatArray:
+    """(N, 2, STATIONS, ROWS, 3) of the centres of the cells met beside each line, on its left and its right, up to so many cells away: share of the way
+    from the middle, cells to the left, and height in metres, NaN unknown."""
+    found = np.empty((len(ends), 2, STATIONS, ROWS, 3))
+    for n in range(len(ends)):
+        (x0, y0), (x1, y1) = ends[n]
+        length = max(math.sqrt((x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0)), 1e-6)
+        x, y = (x1 - x0) / length, (y1 - y0) / length
+        for side, station, k in np.ndindex(2, STATIONS, ROWS):
+            s = length * ((station + 0.5) / STATIONS)
+            w = (1 - 2 * side) * (INNER_CELLS + (outer - INNER_CELLS) * (k + 0.5) / ROWS)
+            col, row = math.floor(x0 + s * x - w * y + 0.5), math.floor(y0 + s * y + w * x + 0.5)
+            inside = 0 <= row < dsm.shape[0] and 0 <= col < dsm.shape[1]
+            dx, dy = col - x0, row - y0
+            place = found[n, side, station, k]
+            place[0], place[1] = (dx * x + dy * y) / length - 0.5, dy * x - dx * y
+            place[2] = dsm[row, col] if inside else np.nan
+    return found
 
 
 def _strips(dsm: Float32Array, ends: FloatArray, cell: float, outer: float) -> Strips:
     """With strips that reach so many cells to either side."""
-    t, u, z, left = _heights(dsm, ends, outer)
-    parts = [_fit(t[:, of], u[:, of], z[:, of], cell) for of in (left, ~left, np.ones(len(left), bool))]
-    start, end, scatter, slope, known = (np.stack(p, axis=1) for p in zip(*parts, strict=True))
+    heights = _heights(dsm, ends, outer).reshape(len(ends), 2, STATIONS * ROWS, 3)
+    start, end, scatter, slope, known = np.moveaxis(_planes(heights, 0.1 * cell), -1, 0)
+    slope = slope / cell
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     width = (outer - INNER_CELLS) * np.array([1.0, 1.0, 2.0])
     independent = np.maximum(known * length[:, None] * width / ALIKE_CELLS**2, 1.0)
@@ -119,7 +118,7 @@ class Jumps(NamedTuple):
 
 def jumps(dsm: Float32Array, ends: FloatArray, least_cells: float) -> Jumps:
     """The step that explains most of what a straight course leaves, in medians across the strip; none nearer to an end than so many cells."""
-    _, _, z, left = _heights(dsm, ends, OUTER_CELLS)
+    z = _heights(dsm, ends, OUTER_CELLS)[..., 2]
     places = (np.arange(STATIONS) + 0.5) / STATIONS
     axes = np.linalg.qr(np.column_stack([np.ones(STATIONS), places]))[0]
     steps = np.tri(STATIONS, STATIONS - 1, -1)
@@ -128,8 +127,8 @@ def jumps(dsm: Float32Array, ends: FloatArray, least_cells: float) -> Jumps:
     margin = least_cells / np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     near_end = np.minimum(places[1:], 1 - places[1:])[None] - 0.5 / STATIONS < margin[:, None]
     found, level = [], []
-    for side in (left, ~left):
-        heights = z[:, side].reshape(len(z), STATIONS, ROWS)
+    for side in (LEFT, RIGHT):
+        heights = z[:, side]
         course = lower_median(heights, np.isfinite(heights))
         known = np.isfinite(course)
         course = np.where(known, course, lower_median(course, known)[:, None])
@@ -145,19 +144,45 @@ def jumps(dsm: Float32Array, ends: FloatArray, least_cells: float) -> Jumps:
     return Jumps(share, jump, spread, level[0] - level[1])
 
 
-def _fit(t: FloatArray, u: FloatArray, z: FloatArray, cell: float) -> tuple[FloatArray, ...]:
-    """(N,) each: height at start and end, scatter, slope, and known share of planes by least absolute deviations: reweighted least squares from the median."""
-    known = np.isfinite(z)
-    middle = np.nan_to_num(lower_median(z, known))
-    values = np.where(known, z - middle[:, None], 0.0)
-    axes = np.stack([np.ones_like(t), t, u], axis=2)
-    weight, plane = known.astype(np.float64), np.zeros((len(z), 3))
+@njit(cache=True, nogil=True)
+def _planes(heights: FloatArray, floor: float) -> FloatArray:
+    """(N, 2, M, 3) heights of both sides → (N, 3, 5) of the planes of left, right and both: height at start and end, scatter, slope for a cell, known share."""
+    found = np.empty((len(heights), 3, 5))
+    for n in range(len(heights)):
+        for side in range(2):
+            found[n, side] = _plane(heights[n, side], floor)
+        found[n, ACROSS] = _plane(heights[n].reshape(-1, 3), floor)
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _plane(heights: FloatArray, floor: float) -> tuple[float, float, float, float, float]:
+    """Of a plane by least absolute deviations: reweighted least squares from the median; smaller deviations than `floor` count as that."""
+    known = heights[np.isfinite(heights[:, 2])]
+    if len(known) == 0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    middle = _lower_median(known[:, 2])
+    a, b, c, off, weight = 0.0, 0.0, 0.0, np.empty(len(known)), np.ones(len(known))
     for _ in range(ROUNDS):
-        weighted = (axes * weight[..., None]).transpose(0, 2, 1)
-        normal = weighted @ axes + 1e-9 * np.maximum(weight.sum(axis=1), 1.0)[:, None, None] * np.eye(3)
-        plane = np.linalg.solve(normal, weighted @ values[..., None])[..., 0]
-        off = np.abs(values - (axes @ plane[..., None])[..., 0])
-        weight = known / np.maximum(off, 0.1 * cell)
-    a, b, c = plane.T
-    scatter = 1.4826 * np.nan_to_num(lower_median(off, known))
-    return middle + a - 0.5 * b, middle + a + 0.5 * b, scatter, c / cell, known.mean(axis=1)
+        w1 = wt = wu = wtt = wtu = wuu = r1 = rt = ru = 0.0
+        for k in range(len(known)):
+            t, u, w = known[k, 0], known[k, 1], weight[k]
+            wz = w * (known[k, 2] - middle)
+            w1, wt, wu, r1, rt, ru = w1 + w, wt + w * t, wu + w * u, r1 + wz, rt + wz * t, ru + wz * u
+            wtt, wtu, wuu = wtt + w * t * t, wtu + w * t * u, wuu + w * u * u
+        ridge = 1e-9 * max(w1, 1.0)
+        # Cholesky's factors without roots: of one, of the way along, of the way across
+        w1, wtt, wuu = w1 + ridge, wtt + ridge, wuu + ridge
+        tt, tu, rt = wtt - wt * wt / w1, wtu - wt * wu / w1, rt - wt * r1 / w1
+        c = (ru - wu * r1 / w1 - tu * rt / tt) / (wuu - wu * wu / w1 - tu * tu / tt)
+        b = (rt - tu * c) / tt
+        a = (r1 - wt * b - wu * c) / w1
+        for k in range(len(known)):
+            off[k] = abs(known[k, 2] - middle - a - b * known[k, 0] - c * known[k, 1])
+            weight[k] = 1.0 / max(off[k], floor)
+    return middle + a - 0.5 * b, middle + a + 0.5 * b, 1.4826 * _lower_median(off), c, len(known) / len(heights)
+
+
+@njit(cache=True, nogil=True)
+def _lower_median(values: FloatArray) -> float:
+    return np.sort(values)[(len(values) - 1) // 2]
