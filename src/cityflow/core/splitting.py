@@ -17,6 +17,8 @@ from cityflow.core.points import PointCloud
 
 ORTHO, SURFACE = 0, 1
 """Where a segment was found: in the ortho, in the surface model."""
+CUT = "cut"
+"""Kind of a border between units that touch."""
 
 
 @dataclass(frozen=True, slots=True)

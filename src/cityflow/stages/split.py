@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -10,10 +10,11 @@ import numpy as np
 import shapely
 
 from cityflow.core.building import Outline, Status
+from cityflow.core.colour_image import ColourImage
 from cityflow.core.edits import edits_digest
 from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.core.local_frame import LocalFrame
-from cityflow.core.splitting import FrameRasters, SplitEvidence, Splitting
+from cityflow.core.splitting import CUT, FrameRasters, SplitEvidence, Splitting
 from cityflow.flow.json_writers import SHARED
 from cityflow.flow.stage import Cost, Node, Nodes, Place, Stage
 from cityflow.flow.store import Store
@@ -24,10 +25,13 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.cached_reads import read_points
 from cityflow.handover.field_types import EditsField, FrameField
 from cityflow.handover.outline_lines import OutlineAt
+from cityflow.handover.photograph_inputs import PhotographInputs, opened
 from cityflow.handover.split_lines import encode_splitting
 from cityflow.handover.surface_windows import read_windows
 from cityflow.handover.surfaces import Surfaces
+from cityflow.reconstruction.seen_steps.seen_borders import border_shifts
 from cityflow.splitting.cuts.edited_cuts import is_locked, with_edits
+from cityflow.splitting.cuts.moved_cuts import with_moved_cuts
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.surface.sample import sample
 from cityflow.survey.city import City
@@ -35,6 +39,8 @@ from cityflow.survey.kept_by_survey import kept_by_survey, kept_until
 from cityflow.survey.surface_source import FRAMES, IMAGES, LIDAR, ZARR
 from cityflow.survey.survey import Survey
 from cityflow.survey.unit_entry import UnitEntry
+from cityflow.survey.unit_images import images_of_outlines
+from cityflow.survey.unit_photographs import Photographs, needed, photographs_of
 
 NAME = "split"
 VERSION = 10
@@ -67,6 +73,7 @@ class SplitInputs(TaskInputs):
     frames : local reference frames that may show it, by name
     edits : those that act here
     looks : whether borders are looked for, and not only taken from the edits
+    photographs : that show the outline, of a matched surface
     """
 
     outline: OutlineAt
@@ -76,9 +83,10 @@ class SplitInputs(TaskInputs):
     frames: Annotated[tuple[FrameRaster, ...], SHARED]
     edits: EditsField
     looks: bool
+    photographs: PhotographInputs | None = None
 
 
-def task(survey: Survey, outline: UnitEntry) -> Task:
+def task(survey: Survey, outline: UnitEntry, photographs: Photographs) -> Task:
     """One outline."""
     parameters = survey.parameters_of(NAME, outline.id, survey.parameters.split).method
     under = survey.lattice.tiles_under(outline)
@@ -90,13 +98,13 @@ def task(survey: Survey, outline: UnitEntry) -> Task:
         inputs={
             "outline": outline.digest, **_digests(survey, under), **pieces,
             **({"edits": edits} if edits else {}), **({} if survey.looks_for_borders else {"borders": "drawn ones only"}),
-            "frames": shown.digest,
+            "frames": shown.digest, **photographs.inputs,
         },
         given=SplitInputs(
             outline.at, survey.surfaces, tuple(pieces), survey.source.kind == IMAGES, shown.frames, survey.edits.within(outline.bounds),
-            survey.looks_for_borders,
+            survey.looks_for_borders, photographs.given,
         ),
-        limits=survey.limits(NAME),
+        limits=survey.limits(NAME), shared=photographs.shared,
     )  # fmt: skip
 
 
@@ -155,7 +163,21 @@ def _found(store: Store, given: SplitInputs, outline: Outline, parameters: Split
     if not given.looks or is_locked(outline.polygon, given.edits):
         return Splitting((outline.polygon,), reason=GIVEN)
     evidence = read_evidence(store, given, outline)
-    return Splitting((outline.polygon,), reason=NO_SURFACE) if evidence is None else split(evidence, parameters)
+    if evidence is None:
+        return Splitting((outline.polygon,), reason=NO_SURFACE)
+    found = split(evidence, parameters)
+    return _where_seen(found, evidence, opened(store, given.photographs), parameters) if len(found.units) > 1 else found
+
+
+def _where_seen(
+    found: Splitting, evidence: SplitEvidence, images: Sequence[ColourImage], parameters: SplitParameters
+) -> Splitting:
+    """Borders where photographs show the edge of the higher roof, or the change of colour from one roof to the other."""
+    if not images:
+        return found
+    nadir, cuts = evidence.frames[0], [c.line for c in found.cut_lines if c.kind == CUT]
+    shifts = border_shifts(cuts, nadir.grid, nadir.dsm, images)
+    return with_moved_cuts(found, evidence.outline, shifts, parameters.where(True).minimum_area_m2)
 
 
 def read_evidence(store: Store, given: SplitInputs, outline: Outline) -> SplitEvidence | None:
@@ -203,6 +225,11 @@ def _rasters(city: City, name: str) -> Iterable[Node]:
     return _shown(city.survey, city.survey.lattice.tiles_under(city.outlines[name])).nodes
 
 
+def _photographs(city: City, name: str) -> Iterable[Node]:
+    """Images that show the outlines of its tile."""
+    return needed(city, city.outlines[name], images_of_outlines)
+
+
 def _count(city: City) -> int | None:
     if not city.survey.splits:
         return 0
@@ -216,10 +243,12 @@ STAGE = Stage(
     name=NAME,
     unit="outline",
     place=Place.OUTLINE,
-    text="outline, orthos and surfaces of every look direction (or LiDAR) → cut lines, single units, principal directions",
+    text="outline, images, orthos and surfaces of every look direction (or LiDAR) → cut lines, single units, principal directions",
     kinds=(KIND,),
-    needs=(_rasters,),
-    task=lambda city, name: task(city.survey, city.outlines[name]),
+    needs=(_rasters, _photographs),
+    task=lambda city, name: task(
+        city.survey, city.outlines[name], photographs_of(city, city.outlines[name], images_of_outlines)
+    ),
     asked=lambda city, _: city.survey.splits,
     count=_count,
     parameters=(SplitParameters,),

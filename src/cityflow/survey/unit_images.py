@@ -1,8 +1,8 @@
-"""The photographs that have a unit in their frame, found for all units of a tile at once."""
+"""The photographs that have a unit or an outline in their frame, found for all of a tile at once."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
@@ -19,30 +19,42 @@ MOST_IMAGES = 60
 
 @dataclass(frozen=True, slots=True)
 class UnitImages:
-    """The images of the units of a tile.
+    """The images of the units, or of the outlines, of a tile.
 
     Attributes
     ----------
     shown : all of them, in a table that tasks of these units share
-    names : unit → those that have it in their frame, sorted
+    names : id → those that have it in their frame, sorted
     """
 
     shown: TileImages
     names: Mapping[str, Sequence[str]]
 
 
-_KEPT: WeakKeyDictionary[City, dict[str, tuple[UnitIndex, UnitImages]]] = WeakKeyDictionary()
+_KEPT: WeakKeyDictionary[City, dict[tuple[str, str], tuple[object, UnitImages]]] = WeakKeyDictionary()
 
 
 def images_of_units(city: City, unit: UnitEntry) -> UnitImages:
     """Those of the tile of a unit, whose units are known. Photographs from the street are none of them."""
-    kept, index = _KEPT.setdefault(city, {}), city.units_of[unit.tile]
-    found = kept.get(unit.tile)
-    if found is None or found[0] is not index:
-        kept.pop(unit.tile, None)
+    index = city.units_of[unit.tile]
+    return _kept(city, ("unit", unit.tile), index, lambda: index)
+
+
+def images_of_outlines(city: City, outline: UnitEntry) -> UnitImages:
+    """The same of the tile of an outline that is still to be split."""
+    names = city.outlines_of[outline.tile]
+    return _kept(city, ("outline", outline.tile), names, lambda: UnitIndex([city.outlines[o] for o in names]))
+
+
+def _kept(city: City, key: tuple[str, str], known: object, index: Callable[[], UnitIndex]) -> UnitImages:
+    """What was found last for a tile, as long as `known` is the same object."""
+    kept = _KEPT.setdefault(city, {})
+    found = kept.get(key)
+    if found is None or found[0] is not known:
+        kept.pop(key, None)
         while len(kept) >= TILES_KEPT:
             del kept[next(iter(kept))]
-        kept[unit.tile] = found = index, _of_units(city, index)
+        kept[key] = found = known, _of_units(city, index())
     return found[1]
 
 

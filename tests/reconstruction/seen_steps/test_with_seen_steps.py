@@ -21,6 +21,7 @@ from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction import orientation_histogram
 from cityflow.reconstruction.seen_steps.edge_lines import roof_steps
 from cityflow.reconstruction.seen_steps.moved_steps import StepPlan
+from cityflow.reconstruction.seen_steps.seen_borders import border_shifts
 from cityflow.reconstruction.seen_steps.with_seen_steps import SeenStepParameters, with_seen_steps
 from cityflow.reconstruction.verdicts.seen_elsewhere import probability_of_harm, seen_elsewhere
 
@@ -37,7 +38,7 @@ def colours(xy: NDArray[np.float64], kind: NDArray[np.int64]) -> NDArray[np.uint
     return np.asarray(np.clip(bright, 0, 255)[..., None], np.uint8)
 
 
-def photograph(centre: tuple[float, float, float], step_x: float, seed: int) -> ColourImage:
+def photograph(centre: tuple[float, float, float], step_x: float, seed: int, low_z: float = LOW) -> ColourImage:
     """Of the roofs, the step at `step_x`, from a place that looks at their middle."""
     eye, middle = np.array([*ORIGIN, 0.0]) + centre, np.array([ORIGIN[0] + 10, ORIGIN[1] + 6, 7.0])
     forward = (middle - eye) / np.linalg.norm(middle - eye)
@@ -47,7 +48,7 @@ def photograph(centre: tuple[float, float, float], step_x: float, seed: int) -> 
     image = OrientedImage(f"{seed}", Camera(420, 420, 900.0, 900.0, 210.0, 210.0), rotation, eye)
     row, col = np.mgrid[:420, :420]
     rays = image.rays(np.column_stack([col.ravel() + 0.5, row.ravel() + 0.5]))
-    high, low = (eye + rays * ((z - eye[2]) / rays[:, 2])[:, None] for z in (HIGH, LOW))
+    high, low = (eye + rays * ((z - eye[2]) / rays[:, 2])[:, None] for z in (HIGH, low_z))
     on_high, on_low = high[:, 0] - ORIGIN[0] < step_x, low[:, 0] - ORIGIN[0] >= step_x
     kind = np.where(on_high, 0, np.where(on_low, 2, 1))
     seen = colours(np.where(on_high[:, None], high, low)[:, :2], kind).reshape(420, 420, 1).astype(float)
@@ -226,3 +227,31 @@ def test_photographs_tell_which_of_two_units_their_border_harms(border_x: float,
     assert harm > 0.99 if off_m else harm < 0.01
     for nothing in (replace(evidence, photographs=()), replace(evidence, party=())):
         assert probability_of_harm(seen_elsewhere(solid, nothing), evidence.outline.area) == 0.0
+
+
+def border_and_surface(low_z: float, off: float) -> tuple[list[shapely.LineString], Grid, NDArray[np.float64]]:
+    """A border so far to the right of the true one, upwards, and a surface whose step is smeared beyond it."""
+    grid = Grid(ORIGIN[0] - 4, ORIGIN[1] + 16, CELL, 160, 224)
+    x = grid.centres()[0] - ORIGIN[0]
+    line = shapely.LineString(np.array([[TRUE_X + off, 0.0], [TRUE_X + off, 12.0]]) + ORIGIN)
+    return [line], grid, np.interp(x, (TRUE_X, TRUE_X + 0.6), (HIGH, low_z))
+
+
+@pytest.mark.parametrize("low_z", [LOW, HIGH])
+@pytest.mark.parametrize("off", [0.6, -0.4])
+def test_a_border_between_roofs_is_where_all_photographs_show_it(low_z: float, off: float) -> None:
+    images = [photograph(c, TRUE_X, k, low_z) for k, c in enumerate(CENTRES)]
+    lines, grid, dsm = border_and_surface(low_z, off)
+    assert border_shifts(lines, grid, dsm, images) == pytest.approx([-off], abs=0.05)
+    back = [shapely.reverse(line) for line in lines]
+    assert border_shifts(back, grid, dsm, images) == pytest.approx([off], abs=0.05)
+
+
+def test_a_border_stays_where_photographs_do_not_agree_or_nothing_is_known_of_the_roofs() -> None:
+    places = np.random.default_rng(5).uniform(9.0, 11.0, len(CENTRES))
+    contrary = [photograph(c, x, k) for k, (c, x) in enumerate(zip(CENTRES, places, strict=True))]
+    lines, grid, dsm = border_and_surface(LOW, 0.6)
+    assert border_shifts(lines, grid, dsm, contrary) == [0.0]
+    images = [photograph(c, TRUE_X, k) for k, c in enumerate(CENTRES)]
+    assert border_shifts(lines, grid, np.full(grid.shape, np.nan), images) == [0.0]
+    assert border_shifts(lines, grid, dsm, ()) == [0.0]

@@ -19,21 +19,21 @@ from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.field_types import EditsField
 from cityflow.handover.outline_lines import OutlineAt
+from cityflow.handover.photograph_inputs import PhotographInputs, opened
 from cityflow.io.attributes import with_source
 from cityflow.io.city_models.cityjson import feature_line
 from cityflow.reconstruction.choose import Choice
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
-from cityflow.stages.reconstruct import unit_photographs
 from cityflow.stages.reconstruct.evidence import EvidenceInputs, evidence_of, read_evidence
-from cityflow.stages.reconstruct.unit_photographs import PhotographInputs, Photographs
 from cityflow.survey.city import City
 from cityflow.survey.kept_by_survey import kept_by_survey
 from cityflow.survey.results import HULL
 from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import UNREAD, WALL_MARGIN_M, Survey
 from cityflow.survey.unit_entry import UnitEntry
+from cityflow.survey.unit_photographs import Photographs, needed, photographs_of
 
 NAME = "reconstruct"
 VERSION = 43
@@ -104,7 +104,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     outline = given.outline.read(workspace.store)
     wanted = given.roofs.roof_type_of(outline.polygon)
     evidence = read_evidence(workspace.store, given.evidence, outline, wanted)
-    evidence = replace(evidence, photographs=unit_photographs.opened(workspace.store, given.photographs))
+    evidence = replace(evidence, photographs=opened(workspace.store, given.photographs))
     judged = judged_model(evidence, parameters)
     choice = _obeying(_admitting(judged.choice, given.evidence.unread), wanted)
     measures = {**measure(choice, evidence, judged.fit), **attributes_of(judged)}
@@ -183,7 +183,7 @@ def _evidence(city: City, name: str) -> Iterable[Node]:
 
 def _photographs(city: City, name: str) -> Iterable[Node]:
     """Images that show a unit."""
-    return unit_photographs.needed(city, city.units[name]) if name in city.units else ()
+    return needed(city, city.units[name]) if name in city.units else ()
 
 
 @kept_by_survey
@@ -196,7 +196,7 @@ def _task(city: City, name: str) -> Task:
     unit = city.units.get(name)
     if unit is None:
         return refused_task(city.survey, name, city.refused[name])
-    return task(city.survey, unit, unit_photographs.photographs_of(city, unit))
+    return task(city.survey, unit, photographs_of(city, unit))
 
 
 KIND = TaskKind(NAME, VERSION, run, UnitInputs)
