@@ -102,6 +102,18 @@ def test_heights_that_differ_by_millimetres_make_no_wall() -> None:
     assert len(solid.of_semantic(Semantic.WALL)) == 4
 
 
+def test_a_sliver_of_the_outline_does_not_cost_a_roof_its_plane() -> None:
+    """Over the spike the plane of the roof falls below the floor: that part is laid level, the roof stays."""
+    spiked = Polygon([(0, 0), (10, 0), (10, 8), (0.3, 8), (0.15, 20), (0, 8)])
+    solid = assemble(single_cell(spiked), np.array([[0, -0.7, 9.0]]), 0.0, ORIGIN)
+    assert check_polyhedron(solid) == []
+    roofs = {f.plane: solid.ring(f.rings[0]) - ORIGIN for f in solid.of_semantic(Semantic.ROOF)}
+    assert roofs[0][:, 2] == pytest.approx(9.0 - 0.7 * roofs[0][:, 1], abs=0.005)
+    assert roofs[0][:, 1].min() == pytest.approx(0)
+    assert roofs[0][:, 1].max() > 8
+    assert roofs[-1][:, 2] == pytest.approx(MIN_HEIGHT, abs=0.005)
+
+
 def test_a_roof_below_the_floor_is_laid_level_above_it() -> None:
     division = cut_up(RECTANGLE, [line_through(5, 0, 0)])
     solid = assemble(partition_of(division, [0, 1]), np.array([[1.0, 0, -3.0], [1.0, 0, -3.0]]), 0.0, ORIGIN)

@@ -9,9 +9,12 @@ from cityflow.core.kernels import njit
 from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.solids.ring_tracing import Edge, ring_edges
 
+FLAT = 1e-9
+"""Slope of a plane that has no level lines."""
 
-def points_in_cells(division: Subdivision, numbers: list[int], x: FloatArray, y: FloatArray) -> IntArray:
-    """(N,) position in `numbers` of the cell that holds each point, −1 outside all."""
+
+def edges_of_cells(division: Subdivision, numbers: list[int]) -> tuple[FloatArray, IntArray]:
+    """(E, 4) x, y of both ends of the edges of the cells, each cell on their left, and (C + 1,) where those of each cell begin."""
     edges: list[Edge] = []
     first = [0]
     for number in numbers:
@@ -19,7 +22,12 @@ def points_in_cells(division: Subdivision, numbers: list[int], x: FloatArray, y:
             edges += ring_edges(ring)
         first.append(len(edges))
     table = np.array(division.xy)[np.array(edges, np.int64).reshape(-1, 2)].reshape(-1, 4)
-    return _locate(x, y, table, np.asarray(first, dtype=np.int64))
+    return table, np.asarray(first, dtype=np.int64)
+
+
+def points_in_cells(division: Subdivision, numbers: list[int], x: FloatArray, y: FloatArray) -> IntArray:
+    """(N,) position in `numbers` of the cell that holds each point, −1 outside all."""
+    return _locate(x, y, *edges_of_cells(division, numbers))
 
 
 @njit(cache=True, nogil=True)
@@ -63,3 +71,44 @@ def plane_costs(points: FloatArray, cell: IntArray, planes: FloatArray, toleranc
             miss = (points[i, 2] - height) / tolerance
             cost[cell[i], p] += min(miss * miss, 1.0)
     return cost
+
+
+@njit(cache=True, nogil=True)
+def wild_areas(edges: FloatArray, first: IntArray, planes: FloatArray, lowest: float, highest: float) -> FloatArray:
+    """(C, P) m² of each cell where each plane is below `lowest` or above `highest`.
+
+    Where the plane has level lines, an edge adds the way that it goes along them times the mean depth of its wild part, both with their signs (Green).
+    So a sliver of an outline, over which a roof plane falls to the ground, costs its own area and not that of the whole cell.
+    """
+    found = np.zeros((len(first) - 1, len(planes)))
+    for c in range(len(found)):
+        for p in range(len(planes)):
+            a, b, z_0 = planes[p]
+            slope = np.hypot(a, b)
+            area, outside, least, most = 0.0, 0.0, np.inf, -np.inf
+            for k in range(first[c], first[c + 1]):
+                x, y, x_next, y_next = edges[k, 0], edges[k, 1], edges[k, 2], edges[k, 3]
+                z, z_next = a * x + b * y + z_0, a * x_next + b * y_next + z_0
+                least, most = min(least, z), max(most, z)
+                dx, dy = x_next - x, y_next - y
+                area += (x - edges[first[c], 0]) * dy - (y - edges[first[c], 1]) * dx
+                if slope > FLAT:
+                    along = (a * dy - b * dx) / slope
+                    depth = _mean_above(z - highest, z_next - highest) - _mean_above(lowest - z, lowest - z_next)
+                    outside += along * depth / slope
+            if least > highest or most < lowest:
+                found[c, p] = area / 2
+            elif least < lowest or most > highest:
+                found[c, p] = max(outside, 0.0)
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _mean_above(first: float, second: float) -> float:
+    """Mean of what is above zero of a value that goes evenly from one to another."""
+    if first <= 0 and second <= 0:
+        return 0.0
+    if first >= 0 and second >= 0:
+        return (first + second) / 2
+    high = max(first, second)
+    return high * high / (2 * abs(first - second))

@@ -8,7 +8,7 @@ from pydantic import Field
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.parameters import Parameters
 from cityflow.geometry.cell_labels import Borders, label_cells
-from cityflow.reconstruction.partition.cell_evidence import plane_costs, points_in_cells
+from cityflow.reconstruction.partition.cell_evidence import edges_of_cells, plane_costs, points_in_cells, wild_areas
 from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS
 from cityflow.reconstruction.partition.subdivision import Subdivision
@@ -89,13 +89,7 @@ class PlaneEnergy:
         cell = points_in_cells(division, numbers, self.points[:, 0].copy(), self.points[:, 1].copy())
         cost = plane_costs(self.points, cell, self.planes, self.tolerance, len(numbers)) * self.area_of_point
         count = np.bincount(cell[cell >= 0], minlength=len(numbers))
-        if numbers:
-            rings = [division.cells[number][0] for number in numbers]
-            z = np.array([division.xy[v] for ring in rings for v in ring]) @ self.planes[:, :2].T + self.planes[:, 2]
-            first = np.cumsum([0, *(len(ring) for ring in rings[:-1])])
-            wild = np.logical_or.reduceat((z < self.lowest) | (z > self.highest), first)
-            cost += wild * np.array([[division.area(number)] for number in numbers])
-        return cost, count
+        return cost + wild_areas(*edges_of_cells(division, numbers), self.planes, self.lowest, self.highest), count
 
     def minimise(self, division: Subdivision) -> dict[int, int]:
         """Plane of each cell."""

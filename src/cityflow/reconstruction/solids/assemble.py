@@ -15,6 +15,7 @@ from shapely import Polygon, get_coordinates
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import VERTEX_DECIMALS, Polyhedron, Semantic
+from cityflow.reconstruction.partition.cut_line import ON_LINE, CutLine
 from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.solids.corner_faces import CornerFace, numbered
@@ -24,7 +25,7 @@ from cityflow.reconstruction.solids.touching_rings import pulled_apart
 from cityflow.reconstruction.solids.wall_merging import Wall, merge_walls
 
 MIN_HEIGHT = 0.5
-"""A roof that would come nearer to the floor than this (m) is laid level at this height, or at its own mean; set by hand."""
+"""Where a roof would come nearer to the floor than this (m) it is laid level at this height; set by hand."""
 
 STRAIGHT = 5e-4
 """A corner of two faces only that lies this near (m) to the line between its neighbours is left out."""
@@ -58,6 +59,7 @@ def assemble(
         world[vertex] = np.round((x + origin[0], y + origin[1]), VERTEX_DECIMALS)
         division.xy[vertex] = (float(world[vertex, 0] - origin[0]), float(world[vertex, 1] - origin[1]))
     local_floor = floor - origin[2]
+    _cut_at_least_height(division, labels, coefficients, local_floor + MIN_HEIGHT)
     planes = {cell: _above_floor(division, cell, coefficients[p], local_floor) for cell, p in labels.items()}
     numbers = {
         tuple(map(float, plane)): labels[c]
@@ -88,10 +90,24 @@ def _all_world_xy(division: Subdivision, world: FloatArray, origin: Sequence[flo
     return np.concatenate([world, np.round(added, VERTEX_DECIMALS)])
 
 
+def _cut_at_least_height(division: Subdivision, labels: dict[int, int], coefficients: FloatArray, least: float) -> None:
+    """Cut the cells whose planes pass the least height: a sliver of the outline, over which a plane falls to the ground, does not cost the roof its plane."""
+    for cell, number in list(labels.items()):
+        a, b, c = coefficients[number].tolist()
+        slope, z = math.hypot(a, b), _heights(division, cell, coefficients[number])
+        if slope > 0 and z.min() < least < z.max():
+            line = CutLine(a / slope, b / slope, (least - c) / slope, -math.inf, math.inf, 0.0)
+            del labels[cell]
+            labels.update(dict.fromkeys(division.cut(cell, line), number))
+
+
+def _heights(division: Subdivision, cell: int, plane: FloatArray) -> FloatArray:
+    return np.array([division.xy[v] for v in division.cells[cell][0]]) @ plane[:2] + plane[2]
+
+
 def _above_floor(division: Subdivision, cell: int, plane: FloatArray, floor: float) -> FloatArray:
-    xy = np.array([division.xy[v] for v in division.cells[cell][0]])
-    z = xy @ plane[:2] + plane[2]
-    if z.min() >= floor + MIN_HEIGHT:
+    z, on_line = _heights(division, cell, plane), ON_LINE * math.hypot(*plane[:2])
+    if z.min() >= floor + MIN_HEIGHT - 2 * on_line:
         return plane
     return np.array([0.0, 0.0, max(float(z.mean()), floor + MIN_HEIGHT)])
 
