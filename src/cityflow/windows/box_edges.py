@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from cityflow.core.arrays import Float32Array, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.windows.facade_picture import Picture
 from cityflow.windows.window_parameters import WindowParameters
 
@@ -169,12 +170,16 @@ def seen_share(edges: Edges, boxes: IntArray) -> FloatArray:
     return box_sums(edges._seen, boxes) / np.maximum(area, 1)
 
 
+@njit(cache=True, nogil=True)
 def box_sums(integral: Float32Array, boxes: IntArray) -> FloatArray:
     """(N,) sums over boxes, cut off at the picture's edges."""
     rows, cols = integral.shape[0] - 1, integral.shape[1] - 1
-    x_0, x_1 = (np.clip(boxes[:, k], 0, cols) for k in (0, 2))
-    y_0, y_1 = (np.clip(boxes[:, k], 0, rows) for k in (1, 3))
-    return np.asarray(integral[y_1, x_1] - integral[y_0, x_1] - integral[y_1, x_0] + integral[y_0, x_0], np.float64)
+    sums = np.empty(len(boxes))
+    for n in range(len(boxes)):
+        x_0, x_1 = min(max(boxes[n, 0], 0), cols), min(max(boxes[n, 2], 0), cols)
+        y_0, y_1 = min(max(boxes[n, 1], 0), rows), min(max(boxes[n, 3], 0), rows)
+        sums[n] = integral[y_1, x_1] - integral[y_0, x_1] - integral[y_1, x_0] + integral[y_0, x_0]
+    return sums
 
 
 def _steps(light: Float32Array, width: int) -> Float32Array:

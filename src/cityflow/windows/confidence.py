@@ -131,19 +131,17 @@ def _beyond_corners(edges: Edges, boxes: IntArray, axis: int) -> FloatArray:
     sums = edges._strength[axis] if axis == 0 else edges._strength[1].T
     low, high = boxes[:, 1 - axis], boxes[:, 3 - axis]
     reach = np.maximum((high - low) // 3, 3)
+    lines = np.clip(boxes.T[[axis, axis + 2], None] + np.array([[-1], [0], [1]]), 0, sums.shape[1] - 1)
     pieces = [
-        np.max([_mean_step(sums, boxes[:, side] + move, a, b) for move in (-1, 0, 1)], axis=0)
-        for side in (axis, axis + 2)
-        for a, b in ((low - 1 - reach, low - 1), (high + 1, high + 1 + reach))
+        _mean_step(sums, lines, a, b).max(axis=1) for a, b in ((low - 1 - reach, low - 1), (high + 1, high + 1 + reach))
     ]
-    return np.asarray(np.median(pieces, axis=0) / edges.threshold)
+    return np.asarray(np.median(np.concatenate(pieces), axis=0) / edges.threshold)
 
 
-def _mean_step(sums: Float32Array, line: IntArray, a: IntArray, b: IntArray) -> FloatArray:
-    """(N,) absolute mean step on a line from a to b; 0 beyond the picture."""
-    ends = [np.clip(v, 0, sums.shape[0] - 1) for v in (a, b)]
-    at = np.clip(line, 0, sums.shape[1] - 1)
-    return np.asarray(np.abs(sums[ends[1], at] - sums[ends[0], at]) / np.maximum(b - a, 1), np.float64)
+def _mean_step(sums: Float32Array, lines: IntArray, a: IntArray, b: IntArray) -> FloatArray:
+    """(…, N) absolute mean steps on lines from a to b (N,); 0 beyond the picture."""
+    begin, end = (np.clip(v, 0, sums.shape[0] - 1) for v in (a, b))
+    return np.asarray(np.abs(sums[end, lines] - sums[begin, lines]) / np.maximum(b - a, 1), np.float64)
 
 
 def local_deviation(picture: Picture, channels: Sequence[Edges]) -> float:

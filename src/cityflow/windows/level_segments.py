@@ -49,9 +49,12 @@ def _boxes(
     marks: np.ndarray[tuple[int, ...], np.dtype[np.uint8]], picture: Picture, parameters: WindowParameters
 ) -> IntArray:
     _, _, stats, _ = cv2.connectedComponentsWithStats(marks, connectivity=4, ltype=cv2.CV_32S)
-    left, top, wide, high, area = (stats[1:, k].astype(np.int64) for k in range(5))
+    _, _, wide, high, area = stats.T
     shortest, longest = np.minimum(wide, high), np.maximum(wide, high)
     least = max(picture.pixels(parameters.least_m), LEAST_PX)
     good = (shortest >= least - 1) & (longest <= picture.pixels(parameters.most_m) + 1)
     good &= (longest <= parameters.most_aspect * (shortest + 1)) & (area >= LEAST_FILL * wide * high)
-    return np.stack([left, top, left + wide, top + high], axis=1)[good]
+    good[0] = False  # what is none
+    boxes = stats[good, :4].astype(np.int64)
+    boxes[:, 2:] += boxes[:, :2]
+    return boxes

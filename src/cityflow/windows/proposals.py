@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.windows.box_edges import Edges, strength
 from cityflow.windows.candidates import ALIGN_M, Candidates, measured, sized
 from cityflow.windows.facade_picture import Picture
@@ -53,13 +54,22 @@ def fused(found: Candidates, picture: Picture, channels: Sequence[Edges], parame
 
 def hold_panes(boxes: IntArray, panes: IntArray, picture: Picture) -> BoolArray:
     """(N,) whether a box contains one of the merged panes, at most a frame wider and at most three times as high: then the pane is a part of it."""
-    frame = picture.pixels(FRAME_M) + 1
-    beside = [boxes[:, None, k] - panes[None, :, k] for k in range(4)]
-    around = (beside[0] <= 1) & (beside[1] <= 1) & (beside[2] >= -1) & (beside[3] >= -1)
-    near = (beside[0] >= -frame) & (beside[2] <= frame)
-    high = (panes[:, 3] - panes[:, 1])[None]
-    taller = (boxes[:, 3] - boxes[:, 1])[:, None] / np.maximum(high, 1)
-    return np.asarray((around & near & (taller <= 3) & (taller > 1.1)).any(axis=1))
+    return np.asarray(_hold(boxes, panes, float(picture.pixels(FRAME_M) + 1)))
+
+
+@njit(cache=True, nogil=True)
+def _hold(boxes: IntArray, panes: IntArray, frame: float) -> BoolArray:
+    found = np.zeros(len(boxes), np.bool_)
+    for n in range(len(boxes)):
+        left, top, right, bottom = boxes[n]
+        for k in range(len(panes)):
+            before, after = left - panes[k, 0], right - panes[k, 2]
+            if -frame <= before <= 1 and -1 <= after <= frame and top - panes[k, 1] <= 1 and bottom - panes[k, 3] >= -1:
+                taller = (bottom - top) / max(panes[k, 3] - panes[k, 1], 1)
+                if 1.1 < taller <= 3:
+                    found[n] = True
+                    break
+    return found
 
 
 def framed(found: Candidates, picture: Picture, channels: Sequence[Edges], parameters: WindowParameters) -> Candidates:
