@@ -72,7 +72,7 @@ from cityflow.viewer.side_view import draw_side, side_camera
 from cityflow.windows.find_windows import find_unit_windows
 from cityflow.windows.window_parameters import WindowParameters
 
-HOUSES = 8
+HOUSES = 4
 METHODS = ("orientation_histogram", "volumetric", "roof_types", "primitives", "monolithic")
 CELL_M = 0.125
 
@@ -80,7 +80,7 @@ CELL_M = 0.125
 def reconstruct_houses() -> None:
     town = make_town(1, TownParameters(width_m=100, height_m=100))
     scan = town_lidar(town, 1)
-    for unit in town.units[:: len(town.units) // HOUSES][:HOUSES]:
+    for unit in town.units[: 3 * HOUSES : 3]:
         points = scan.points.take(np.flatnonzero(scan.truth_unit == unit.index))
         evidence = Evidence(unit.id, unit.wall_outline, points, float(points.xyz[:, 2].min()), around=points)
         for methods in (("orientation_histogram",), METHODS):
@@ -230,7 +230,16 @@ if __name__ == "__main__":
     with ProcessPoolExecutor(2, get_context("spawn"), gc.set_threshold, (100_000,)) as pool:
         for part in [
             pool.submit(p)
-            for p in (reconstruct_houses, match_pictures, tile_picture, find_house, split_row, paint_house, render)
+            for p in (
+                reconstruct_houses,
+                match_pictures,
+                tile_picture,
+                tie_pictures,
+                find_house,
+                split_row,
+                paint_house,
+                render,
+            )
         ]:
             part.result()
     for of in (CITY, SYNTH):

@@ -48,7 +48,7 @@ def test_all_is_there() -> None:
 
 def test_a_test_run_says_in_the_end_what_it_skipped(tmp_path: Path) -> None:
     """Also where it is quiet and several processes share the tests."""
-    for name in ("conftest.py", "missing_tools.py", "shared_processes.py"):
+    for name in ("conftest.py", "made_once.py", "missing_tools.py", "shared_processes.py"):
         shutil.copy(HERE / name, tmp_path / name)
     (tmp_path / "test_it.py").write_text(
         "import pytest\n"

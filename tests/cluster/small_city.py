@@ -32,6 +32,7 @@ from cityflow.io.points.las_write import write_points
 from cityflow.synthetic.town import TownParameters
 from cityflow.synthetic.town_lidar import TownLidarParameters
 from flow.conftest import free_port
+from made_once import made_once
 from scenes.scanned_town import ScannedTown, scanned_town
 from small_pictures import draw_small
 
@@ -73,7 +74,9 @@ Named = tuple[str, shapely.Geometry | None]
 
 @lru_cache(maxsize=1)
 def scene() -> ScannedTown:
-    return scanned_town(SEED, SCENE, TownLidarParameters(density_m2=5.0, classes="ahn"))
+    return made_once(
+        "small_city", lambda: scanned_town(SEED, SCENE, TownLidarParameters(density_m2=5.0, classes="ahn"))
+    )
 
 
 @lru_cache(maxsize=1)

@@ -19,7 +19,7 @@ def sample(grid: Grid, array: FloatArray | Float32Array, x: FloatArray, y: Float
     array([1.5])
     """
     x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
-    place = (grid.x_min, grid.y_max, grid.cell)
+    place = (float(grid.x_min), float(grid.y_max), float(grid.cell))  # whole numbers would be compiled once more
     found = _sampled(
         np.ascontiguousarray(array), place, np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel())
     )

@@ -173,7 +173,7 @@ def cut_cells(division: Subdivision, lines: list[CutLine], most: int) -> None:
     boxes = np.array([_bounds(division, number) for number in numbers])
     for line in lines:
         new: list[int] = []
-        for k in _boxes_met(boxes, (line.nx, line.ny, line.offset, line.start, line.end)).tolist():
+        for k in _boxes_met(boxes, (line.nx, line.ny, float(line.offset), line.start, line.end)).tolist():
             if len(division.cells) >= most:
                 return
             parts = division.cut(numbers[k], line)
