@@ -1,10 +1,10 @@
 """What is wrong in the models of matched flights, by cause.
 
-    python benchmarks/wrong_roofs.py RUN TRUTH RUN TRUTH …     # TRUTH: what `cityflow synth` made
+    python benchmarks/wrong_roofs.py ROWS TRUTH ROWS TRUTH …     # ROWS: of `verdict_flights.py rows`; TRUTH: a folder with synth.json
 
-Models of all units away from the edge of the survey are made again from the outlines and surfaces that the runs have. Places of the true roofs that a
-model misses by more than 20 cm are counted under the first cause that fits; per cause: share of the roofs in the mean over units, units that would be right
-over 95 % if it alone were gone, and wrong units whose largest cause it is.
+Models, evidence and truth are those of the rows; units at which the survey ends are left out. Places of the true roofs that a model misses by more than
+20 cm are counted under the first cause that fits; per cause: square metres in wrong units and in all, units that would be right over 95 % if it alone were
+gone, and wrong units whose largest cause it is.
 """
 
 from __future__ import annotations
@@ -21,76 +21,45 @@ from shapely import MultiPolygon, Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.reconstruction import Evidence
-from cityflow.errors import RefusedUnit
-from cityflow.geometry.roof_distances import distances_to_roof
-from cityflow.reconstruction.model import ModelParameters
-from cityflow.reconstruction.verdicts.judge import judged_model
-from cityflow.stages.reconstruct import UnitInputs
-from cityflow.stages.reconstruct.evidence import read_evidence
 from cityflow.surface.sample import sample
 from cityflow.synthetic.roofs import DORMER
 from cityflow.synthetic.town_units import Unit
-from verdict_cases import GOOD_SHARE, INSIDE_RIM_M, WITHIN_M, height_of
-from verdict_flights import tasks_of
-from verdicts_run import places_of, units_of
+from verdict_cases import GOOD_SHARE, WITHIN_M, height_of
+from verdict_flights import read_rows
+from verdicts_run import AROUND_M, MOST, units_of
 
 CAUSES = (
-    "the outline misses the building", "the outline is beyond the building", "the border takes a neighbour's roof", "no points near",
-    "dormer", "within 1 m of a shared wall", "within 0.6 m of a free side", "step within the unit", "the surface is wrong", "the surface is right",
+    "the outline misses a part of the building", "the outline misses a rim of 0.5 m", "the outline is beyond the building",
+    "the border takes a neighbour's roof", "no points near", "dormer", "within 1 m of a shared wall", "within 0.6 m of a free side",
+    "step within the unit", "the surface is wrong", "the surface is right",
 )  # fmt: skip
-NEAR_M, SHARED_M, FREE_M, STEP_M, HOLE_M, DORMER_M = 0.75, 1.0, 0.6, 1.3, 0.8, 0.5
+NEAR_M, SHARED_M, FREE_M, STEP_M, HOLE_M, DORMER_M, RIM_M = 0.75, 1.0, 0.6, 1.3, 0.8, 0.5, 0.5
 
 
 class Wrong(NamedTuple):
-    """A unit: the share of its roof that is right, and the share of each cause that is wrong."""
+    """A unit: the share of its roof that is right, the share of each cause that is wrong, and its area, m²."""
 
     name: str
     right: float
     shares: FloatArray
+    area: float
 
 
-def wrong_units(run: str, truth: Path) -> Iterator[Wrong]:
-    store, tasks = tasks_of(run)
-    made: list[tuple[str, Evidence, ModelParameters]] = []
-    for task in tasks:
-        given, parameters = task.arguments_as(UnitInputs), task.parameters_as(ModelParameters)
-        outline = given.outline.read(store)
-        try:
-            made.append(
-                (
-                    task.unit,
-                    read_evidence(store, given.evidence, outline),
-                    parameters.model_copy(update={"with_overhangs": False}),
-                )
-            )
-        except RefusedUnit:
-            continue
+def wrong_units(rows: Path, truth: Path) -> Iterator[Wrong]:
     units = units_of(truth)
     tree = shapely.STRtree([u.wall_outline for u in units])
-    for number, (name, evidence, parameters) in enumerate(made):
-        judged = judged_model(evidence, parameters)
-        solid = judged.choice.candidate.solid
-        if judged.survey_end or solid is None:
+    for row in read_rows(rows):
+        if row.survey_end or row.solid is None or not len(row.places):
             continue
-        others = shapely.union_all([e.outline for k, (_, e, _) in enumerate(made) if k != number])
-        near, own, places = places_of(evidence.outline, others, units, tree)
-        off = distances_to_roof(solid, _on_outline(places, evidence.outline))
-        wrong = ~(np.hypot(off, _beyond(places, evidence.outline)) <= WITHIN_M)
-        cause = _causes(places, evidence, near, own)
-        yield Wrong(name, 1 - float(wrong.mean()), np.bincount(cause[wrong], minlength=len(CAUSES)) / len(places))
-
-
-def _on_outline(places: FloatArray, outline: Polygon) -> FloatArray:
-    """The places; those beside the outline at the nearest place of its rim."""
-    lines = shapely.shortest_line(shapely.points(places[:, :2]), shapely.buffer(outline, -INSIDE_RIM_M))
-    nearest = shapely.get_coordinates(lines).reshape(-1, 2, 2)[:, 1]
-    inside = shapely.contains_xy(outline, places[:, 0], places[:, 1])
-    return np.column_stack([np.where(inside[:, None], places[:, :2], nearest), places[:, 2]])
-
-
-def _beyond(places: FloatArray, outline: Polygon) -> FloatArray:
-    inside = shapely.contains_xy(outline, places[:, 0], places[:, 1])
-    return np.where(inside, 0.0, shapely.distance(shapely.points(places[:, :2]), outline))
+        outline = row.evidence.outline
+        near = [units[k] for k in np.sort(tree.query(outline, predicate="dwithin", distance=AROUND_M))]
+        shared = [shapely.intersection(outline, u.wall_outline).area for u in near]
+        own = [u for u, m2 in zip(near, shared, strict=True) if m2 > MOST * min(u.wall_outline.area, outline.area)]
+        wrong = ~(row.away <= WITHIN_M)
+        cause = _causes(row.places, row.evidence, near, own)
+        shares = np.bincount(cause[wrong], minlength=len(CAUSES)) / len(row.places)
+        step = float(np.median(np.diff(np.unique(np.round(row.places[:, 0], 3)))))
+        yield Wrong(f"{row.seed} {row.unit}", 1 - float(wrong.mean()), shares, len(row.places) * step**2)
 
 
 def _causes(places: FloatArray, evidence: Evidence, near: list[Unit], own: list[Unit]) -> IntArray:
@@ -106,9 +75,9 @@ def _causes(places: FloatArray, evidence: Evidence, near: list[Unit], own: list[
     to_dormer = np.nan_to_num(shapely.distance(points, dormers), nan=np.inf)
     found = evidence.points.xyz
     to_point = cKDTree(found[:, :2]).query(places[:, :2])[0] if len(found) else np.full(len(x), np.inf)
-    inside = shapely.contains_xy(outline, x, y)
+    out = shapely.distance(points, outline)
     fits = (
-        ~inside, np.isnan(z), ~shapely.contains_xy(walls, x, y), to_point > HOLE_M,
+        out > RIM_M, out > 0, np.isnan(z), ~shapely.contains_xy(walls, x, y), to_point > HOLE_M,
         (to_dormer <= DORMER_M) & (to_shared > DORMER_M), to_shared <= SHARED_M, shapely.distance(points, outline.boundary) <= FREE_M,
         _beside_step(x, y, z, own, walls), ~(np.abs(sample(heights.grid, heights.dsm, x, y) - z) <= WITHIN_M), np.ones(len(x), bool),
     )  # fmt: skip
@@ -130,17 +99,21 @@ def _beside_step(
 
 def main() -> None:
     rows: list[Wrong] = []
-    for run, truth in zip(sys.argv[1::2], sys.argv[2::2], strict=True):
-        rows += wrong_units(run, Path(truth))
+    for file, truth in zip(sys.argv[1::2], sys.argv[2::2], strict=True):
+        rows += wrong_units(Path(file), Path(truth))
     right, shares = np.array([r.right for r in rows]), np.array([r.shares for r in rows])
+    area = shares * np.array([[r.area] for r in rows])
     for row in sorted(rows):
         told = sorted(((s, c) for s, c in zip(row.shares, CAUSES, strict=True) if s >= 0.005), reverse=True)
         print(f"{row.name:32} {100 * row.right:5.1f} %  " + ", ".join(f"{c} {100 * s:.1f}" for s, c in told))
     bad = right < GOOD_SHARE
     print(f"{len(rows)} units, {(~bad).sum()} right over 95 %; wrong in the mean {100 * (1 - right.mean()):.2f} %")
-    for k in np.argsort(-shares.sum(axis=0)):
+    print("m² in wrong units, in all; units right without it; wrong units whose largest cause it is")
+    for k in np.argsort(-area[bad].sum(axis=0)):
         without, largest = right + shares[:, k] >= GOOD_SHARE, shares.argmax(axis=1) == k
-        print(f"{100 * shares[:, k].mean():6.2f} %  {CAUSES[k]:36} {(bad & without).sum():3} {(bad & largest).sum():3}")
+        print(
+            f"{CAUSES[k]:44} {area[bad, k].sum():7.1f} {area[:, k].sum():7.1f} {(bad & without).sum():4} {(bad & largest).sum():4}"
+        )
 
 
 if __name__ == "__main__":
