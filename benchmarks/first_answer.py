@@ -48,6 +48,9 @@ def main() -> None:
         "mistyped value": [*cityflow, "plan", WORKFLOW, "--set", "surface.cell_m=wide"],
         "mistyped run": [*cityflow, "status", f"{asked.run}x"],
         "mistyped id": [*cityflow, "explain", asked.run, "no such unit"],
+        "mistyped unit of a rerun": [*cityflow, "rerun", asked.run, "--unit", "no such unit"],
+        "mistyped stage of a rerun": [*cityflow, "rerun", asked.run, "--stage", "no such stage"],
+        "mistyped method": [*cityflow, "plan", WORKFLOW, "--set", "reconstruct.methods=levels"],
         "status": [*cityflow, "status", asked.run],
         "help": [*cityflow, "--help"],
     }

@@ -46,7 +46,8 @@ from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import DESCRIPTION, describe_run
 from cityflow.runs.settings import Workflow
 from cityflow.survey.area import Area
-from cityflow.workflow.recorded import LAST, recorded
+from cityflow.workflow.last_request import LAST
+from cityflow.workflow.recorded import recorded
 from cityflow.workflow.status import standing_of
 from open_run import ENDPOINT, server
 from rerun_one import answered

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,11 +14,14 @@ from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.records import write_record
+from cityflow.flow.some_units import ALL, SomeUnits
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.pipeline.pipeline import STAGES
-from cityflow.workflow import status
-from cityflow.workflow.status import Standing, asked_of, print_standing, standing_of
+from cityflow.runs.asked import Asked, circumstances, write_asked
+from cityflow.workflow import last_request
+from cityflow.workflow.last_request import asked_of
+from cityflow.workflow.status import Standing, print_standing, standing_of
 
 
 def record(
@@ -41,7 +45,7 @@ def run_with(folder: Path, *records: Record) -> Store:
 
 @pytest.fixture(autouse=True)
 def _every_run_is_large(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(status, "MOST_FOLLOWED", 2)
+    monkeypatch.setattr(last_request, "MOST_FOLLOWED", 2)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
 
@@ -104,3 +108,28 @@ def test_a_folder_that_is_no_run_is_named(tmp_path: Path) -> None:
         write_record(store, one)
     with Ledger.open(store) as ledger, pytest.raises(RunError, match="no run here"):
         asked_of(store.root, store, ledger)
+
+
+def test_a_run_under_other_circumstances_is_out_of_date_and_counted_by_its_last_request(tmp_path: Path) -> None:
+    """No graph is followed, and what would have to run again is not guessed."""
+    store = run_with(tmp_path / "run", *WHOLE)
+    tasks = {"reconstruct": ALL, "export": ALL}
+    note = Asked(
+        "Town",
+        "town",
+        tasks,
+        {"reconstruct": 2, "export": 2},
+        {"reconstruct": SomeUnits(("a",))},
+        under="of another program",
+    )
+    write_asked(store, note)
+    found = standing(store)
+    assert (found.title, found.is_former, found.is_by_records, found.is_complete) == ("Town", True, False, False)
+    assert {s.stage: (s.tasks, s.to_do) for s in found.stages} == {"reconstruct": (2, None), "export": (2, None)}
+    assert "repeat the command of the run to update it" in found.next
+    text = io.StringIO()
+    print_standing(found, Console(file=text, width=200))
+    assert "This run is out of date" in text.getvalue()
+    write_asked(store, replace(note, under=circumstances(store), records=len(WHOLE), stale={}))
+    again = standing(store)
+    assert (again.is_former, again.is_complete) == (False, True)

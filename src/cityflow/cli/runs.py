@@ -143,6 +143,10 @@ def rerun(
         raise RunError("nothing chosen", where="rerun", remedy="give --failed, --degraded, --stage S or --unit ID")
     if submit and not scheduler:
         raise RunError("no scheduler to submit it to", where="--submit", remedy="give its address with --scheduler")
+    if not of_images:
+        from cityflow.workflow.unit_names import look_at_names
+
+        look_at_names(run_url, stage, unit or [])
     from cityflow.workflow.chosen_part import Selection
     from cityflow.workflow.rerun import Rerun, rerun_units
 

@@ -34,6 +34,8 @@ CREATE VIEW newest AS SELECT * FROM files f WHERE body IS NOT NULL AND NOT EXIST
 );
 """
 
+FILE = "ledger.sqlite"
+"""In a local RUN."""
 _ELSEWHERE = (
     sqlite3.SQLITE_BUSY,
     sqlite3.SQLITE_LOCKED,
@@ -61,7 +63,7 @@ def connect(store: Store, *, anew: bool = False) -> sqlite3.Connection:
     """
     if store.is_local:
         try:
-            return _opened(Path(store.root) / "ledger.sqlite", anew)
+            return _opened(Path(store.root) / FILE, anew)
         except (sqlite3.Error, OSError):
             pass
     return _opened(cache_path(store), anew)

@@ -63,6 +63,7 @@ class ReconstructParameters(Parameters):
         DEFAULT_METHODS,
         min_length=1,
         description="methods that are tried; of equal results the earlier in this list is kept; module:function is a custom method",
+        json_schema_extra={"functions": list(MODULES)},
     )
     orientation_histogram: OrientationHistogramParameters = OrientationHistogramParameters()
     monolithic: MonolithicParameters = MonolithicParameters()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
 from typing import Any
 
@@ -41,6 +41,7 @@ class Asked:
     under : digest of the circumstances
     given : digest of catalog and edits, for whoever asks for the same again
     is_at_work : a driver writes this while it works, and what it names is what it has come to
+    is_former : noted under another program, other settings or other poses than those of today; what is out of date it does not say
     is_by_records : nothing was noted and nothing followed: what has a record counts as asked for, and of what is out of date an example stands for each stage
     """
 
@@ -56,6 +57,7 @@ class Asked:
     given: str = ""
     is_at_work: bool = False
     is_by_records: bool = False
+    is_former: bool = False
     version: int = VERSION
 
 
@@ -73,17 +75,28 @@ def read_asked(store: Store, ledger: Ledger, *, left_behind: bool = False) -> As
     left_behind : also that of a driver which was stopped or killed: what it had come to, with all records of stages of which it had come to all. What of the
         others is out of date it does not say
     """
+    asked = _noted(store)
+    if asked is None or asked.under != circumstances(store):
+        return None
+    if asked.is_at_work:
+        return asked if left_behind or is_held(store) else None
+    return asked if asked.records == ledger.count_files() else None
+
+
+def read_former(store: Store) -> Asked | None:
+    """The note of a request that was made under other circumstances than those of today; None where there is none."""
+    asked = _noted(store)
+    return None if asked is None or asked.under == circumstances(store) else replace(asked, is_former=True, stale={})
+
+
+def _noted(store: Store) -> Asked | None:
     try:
         tree = json.loads(store.read_bytes(NOTE))
         units = {field: {s: _units(found) for s, found in tree.pop(field).items()} for field in ("tasks", "stale")}
         asked = Asked(**(tree | units))
     except (OSError, ValueError, TypeError, KeyError, AttributeError):
         return None
-    if asked.version != VERSION or asked.under != circumstances(store):
-        return None
-    if asked.is_at_work:
-        return asked if left_behind or is_held(store) else None
-    return asked if asked.records == ledger.count_files() else None
+    return asked if asked.version == VERSION else None
 
 
 def _units(tree: Mapping[str, Any]) -> SomeUnits:

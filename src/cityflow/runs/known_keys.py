@@ -26,6 +26,7 @@ CITY, SYNTH = "city", "synth"
 AT_TOP = ("name", "catalog")
 """Keys of a workflow file beside its stages."""
 WILD = "*?["
+FUNCTION = "function"
 LEAST_ALIKE = 0.5
 """Names less alike than this are not suggested (ratio of `difflib`)."""
 
@@ -39,7 +40,7 @@ class Key:
     default : as JSON, or ``no default``
     meaning : description with unit;  may_be : choices and bounds, may be empty
     several : a list of values
-    kinds : what a value, or each of several, may be: number, whole, flag, text, null or choice; empty where only the model can tell
+    kinds : what a value, or each of several, may be: number, whole, flag, text, null, choice or function (module:function); empty where only the model can tell
     choices : where it may be one of some
     least, above, most, below : bounds of a number (None: there is none)
     """
@@ -72,12 +73,14 @@ class Key:
             return "" if "flag" in kinds else f"should be {self._wanted()}"
         if isinstance(value, int | float) and ("number" in kinds or ("whole" in kinds and float(value).is_integer())):
             return "" if self._holds(value) else f"should be {self.may_be}"
-        return "" if isinstance(value, str) and "text" in kinds else f"should be {self._wanted()}"
+        if isinstance(value, str) and ("text" in kinds or (FUNCTION in kinds and ":" in value)):
+            return ""
+        return f"should be {self._wanted()}"
 
     def _wanted(self) -> str:
         bounds = self.may_be if self.may_be and not self.choices else ""
         told = {"number": "a number", "whole": "a whole number", "flag": "true or false", "text": "a text", "null": "null",
-                "choice": f"one of {', '.join(map(str, self.choices))}"}  # fmt: skip
+                "choice": f"one of {', '.join(map(str, self.choices))}", FUNCTION: "module:function"}  # fmt: skip
         kinds = " or ".join(told[kind] for kind in self.kinds)
         return f"{kinds} ({bounds})" if bounds and "flag" not in self.kinds else kinds
 

@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
 from cityflow.pipeline.workflow_parameters import CityParameters
-from cityflow.runs.known_keys import SYNTH, Key
+from cityflow.runs.known_keys import FUNCTION, SYNTH, Key
 from cityflow.runs.settings import model_at, takes_several
 
 KINDS = {float: "number", int: "whole", bool: "flag", str: "text", type(None): "null"}
@@ -52,12 +52,14 @@ def _key(field: FieldInfo, default: Any) -> Key:
     several = takes_several(field.annotation)
     bounds = [_limit(field.metadata, *kind) for kind in ((Ge, "ge"), (Gt, "gt"), (Le, "le"), (Lt, "lt"))]
     each = _inner(field.annotation) if several else field.annotation
+    extra = field.json_schema_extra
+    known = extra.get("functions") if isinstance(extra, dict) else None
     return Key(
         shown,
         field.description or "",
         f"{may_be}{nothing}",
         several,
-        *_kinds(each),
+        *((["choice", FUNCTION], known) if isinstance(known, list) else _kinds(each)),
         *([None] * 4 if several else bounds),
     )
 

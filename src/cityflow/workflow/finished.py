@@ -13,7 +13,7 @@ from cityflow.runs.asked import Asked, read_asked
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import is_described
 from cityflow.workflow.followed import prepare_surface
-from cityflow.workflow.recorded import LAST
+from cityflow.workflow.last_request import LAST
 
 NOTHING = "Nothing to run: all of it is done."
 

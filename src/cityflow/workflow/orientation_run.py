@@ -22,8 +22,8 @@ from cityflow.workflow.onto import Onto, orient_onto
 from cityflow.workflow.orient import control_in, orient_catalog, orient_parameters, refuse_other_work, say, say_next
 from cityflow.workflow.orient_photographs import LIDAR_PHOTOS_CITY, orient_photographs, photo_parameters
 from cityflow.workflow.photo_placing import Placing, lever_arm_of
-from cityflow.workflow.rerun import counted, refuse_unknown_stage, why_nothing
-from cityflow.workflow.unit_names import named_in
+from cityflow.workflow.rerun import counted, why_nothing
+from cityflow.workflow.unit_names import named_in, refuse_unknown_stage
 
 
 def run_orientation(asked: OrientationAsked, work: Path, scheduler: str, workers: int, console: Console) -> None:
@@ -72,7 +72,7 @@ def rerun_orientation(url: str, selection: Selection, scheduler: str, workers: i
         raise RunError("these tasks belong to a run, which looks at its poses by them", where=url, remedy=remedy)
     with Ledger.open(store) as ledger:
         named = tuple(named_in(url, selection.units, ledger))
-        refuse_unknown_stage(ledger, selection)
+        refuse_unknown_stage(selection.stage, ledger.stages())
         wanted = Selection(selection.failed, selection.degraded, selection.stage, named)
         chosen = [
             (row.stage, row.unit) for row in ledger.rows()

@@ -7,16 +7,7 @@ from cityflow.flow.some_units import ALL, SomeUnits
 from cityflow.pipeline.pipeline import STAGES, in_flow_order
 from cityflow.runs.asked import Asked
 from cityflow.runs.run_folder import names_of_run
-
-MOST_FOLLOWED = 20_000
-"""Records up to which a command that only looks follows the graph where there is no note: some ten seconds. A larger RUN is told by its records."""
-BY_RECORDS = (
-    "This is what the records say by themselves: no note of the last request counts, and this many records are not followed. "
-    "Buildings beyond an area of interest are counted, too. The command of the run, with `plan` in place of `run`, tells what is out of date or missing."
-)
-"""What a reader is told beside the counts."""
-LAST = ("export", "city")
-"""The task that ends a run."""
+from cityflow.workflow.last_request import LAST
 
 
 def recorded(url: str, ledger: Ledger) -> Asked:

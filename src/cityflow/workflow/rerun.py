@@ -28,7 +28,7 @@ from cityflow.workflow.chosen_part import Selection, part_of
 from cityflow.workflow.run import Extras, execute
 from cityflow.workflow.run_part import Where, execute_part
 from cityflow.workflow.trust import refuse_untrusted
-from cityflow.workflow.unit_names import named_in
+from cityflow.workflow.unit_names import named_in, refuse_unknown_stage
 
 UNITS_NAMED = 5
 
@@ -102,7 +102,7 @@ def chosen_units(wanted: Prepared, ledger: Ledger, asked: Rerun) -> Found:
     if not asked.allow_outside:
         refuse_outside(wanted.catalog)
     selection = replace(asked.selection, units=tuple(named_in(wanted.store.root, asked.selection.units, ledger)))
-    refuse_unknown_stage(ledger, selection)
+    refuse_unknown_stage(selection.stage, in_flow_order(ledger.stages()))
     # poses that nobody has looked at yet decide about the whole city
     part = None if wanted.poses_are_unknown else part_of(wanted.source(ledger).city, ledger, selection)
     chosen = select(current_records(wanted, ledger), selection) if part is None else part.nodes
@@ -110,15 +110,6 @@ def chosen_units(wanted: Prepared, ledger: Ledger, asked: Rerun) -> Found:
         refuse_untrusted(wanted, asked.settings, of_the_run=True, cleared=chosen if asked.clear else frozenset())
     refuse_foreign(asked.settings, chosen, lambda: current_records(wanted, ledger), wanted.store.root)
     return Found(chosen, part)
-
-
-def refuse_unknown_stage(ledger: Ledger, selection: Selection) -> None:
-    """Raise RunError where a stage is chosen that the run has not."""
-    stages = in_flow_order(ledger.stages())
-    if selection.stage and selection.stage not in stages:
-        raise RunError(
-            f"no stage '{selection.stage}' in this run", where="--stage", remedy=f"known: {', '.join(stages)}"
-        )
 
 
 def why_nothing(selection: Selection) -> str:

@@ -6,7 +6,7 @@ import shlex
 import time
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -24,11 +24,10 @@ from cityflow.flow.some_units import SomeUnits
 from cityflow.flow.store import Store
 from cityflow.flow.tally import Tally
 from cityflow.flow.task import Record
-from cityflow.reporting.poses_words import lines_of_poses
-from cityflow.runs.asked import Asked, read_asked
+from cityflow.runs.asked import Asked
 from cityflow.runs.poses_note import read_note as read_poses
+from cityflow.workflow.last_request import BY_RECORDS, FORMER, LAST, asked_of
 from cityflow.workflow.printed import print_json
-from cityflow.workflow.recorded import BY_RECORDS, LAST, MOST_FOLLOWED, recorded
 from cityflow.workflow.verdict_words import verdict_of, verdicts_of
 
 REASONS_SHOWN = 12
@@ -73,7 +72,7 @@ class Standing:
     verdicts : of the buildings that were asked for;  beyond : number of buildings outside the area of interest that were modelled, too
     damaged : what is wrong with segments of records
     poses : what the run found out about the poses of its images
-    is_by_records : see `Asked`
+    is_by_records, is_former : see `Asked`
     """
 
     run: str
@@ -90,6 +89,7 @@ class Standing:
     next: Sequence[str]
     poses: Sequence[str] = ()
     is_by_records: bool = False
+    is_former: bool = False
 
 
 def print_status(url: str, console: Console, as_json: bool = False) -> None:
@@ -148,19 +148,6 @@ def _unit_row(record: Record) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def asked_of(url: str, store: Store, ledger: Ledger) -> Asked:
-    """What the run was asked for: as noted, at the end or by a driver that did not come to it, else by following its graph, or by a large one's records."""
-    noted = read_asked(store, ledger, left_behind=True)
-    if noted is not None:
-        return noted
-    if ledger.count_files() > MOST_FOLLOWED:
-        return recorded(url, ledger)
-    from cityflow.runs.run_folder import open_run
-    from cityflow.workflow.note_asked import note_asked
-
-    return note_asked(open_run(url), ledger)
-
-
 def standing_of(store: Store, asked: Asked, ledger: Ledger, shown_as: str) -> Standing:
     """What the newest records of these tasks say.
 
@@ -172,7 +159,9 @@ def standing_of(store: Store, asked: Asked, ledger: Ledger, shown_as: str) -> St
     """
     at_work = is_held(store)
     is_complete = (
-        not at_work and not asked.stale and LAST[1] in asked.tasks.get(LAST[0], SomeUnits()) and ledger.has(*LAST)
+        not (at_work or asked.stale or asked.is_former)
+        and LAST[1] in asked.tasks.get(LAST[0], SomeUnits())
+        and ledger.has(*LAST)
     )
     stale = {s: len(u.names) if not u.all_but else ledger.tally(s, u).records for s, u in asked.stale.items()}
     stages: list[StageStanding] = []
@@ -183,18 +172,30 @@ def standing_of(store: Store, asked: Asked, ledger: Ledger, shown_as: str) -> St
         named = asked.tasks.get(stage, SomeUnits())
         tally = ledger.tally(stage, named)
         expected = tally.records if is_complete else asked.expected.get(stage, tally.records)
-        stages.append(stage_standing(stage, tally, expected, stale.get(stage, 0)))
+        found = stage_standing(stage, tally, expected, stale.get(stage, 0))
+        stages.append(replace(found, to_do=None) if asked.is_former else found)
         problems.extend(problems_in(stage, tally))
         if stage == BUILDINGS:
             outside = ledger.tally(stage, named.among(beyond_area))
             beyond, verdicts = outside.records, verdicts_of(tally.kinds - outside.kinds)
     told = {v: verdicts[v] for v in dict.fromkeys([*VERDICTS, *sorted(verdicts)])} if verdicts else {}
-    steps = _next(shown_as, at_work, is_complete, sum(stale.values()), told, problems, asked.is_by_records)
+    steps = _next(
+        shown_as, at_work, is_complete, sum(stale.values()), told, problems, asked.is_by_records, asked.is_former
+    )
     return Standing(
         store.root, asked.workflow, asked.title, at_work, is_complete, stages, told, beyond, problems,
         [(text, remedy) for text, remedy in asked.edits], ledger.problems(), list(steps),
-        list(lines_of_poses(poses)) if (poses := read_poses(store)) is not None else [], asked.is_by_records,
+        _lines_of_poses(store), asked.is_by_records, asked.is_former,
     )  # fmt: skip
+
+
+def _lines_of_poses(store: Store) -> list[str]:
+    poses = read_poses(store)
+    if poses is None:
+        return []
+    from cityflow.reporting.poses_words import lines_of_poses
+
+    return list(lines_of_poses(poses))
 
 
 def print_standing(standing: Standing, console: Console) -> None:
@@ -212,8 +213,8 @@ def print_standing(standing: Standing, console: Console) -> None:
     for line in standing.poses:
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     console.print(_table(standing.stages))
-    if standing.is_by_records:
-        console.print(BY_RECORDS, markup=False, highlight=False, soft_wrap=True)
+    for told in [BY_RECORDS] * standing.is_by_records + [FORMER] * standing.is_former:
+        console.print(told, markup=False, highlight=False, soft_wrap=True)
     for problem in standing.problems:
         console.print(_line(problem), markup=False, highlight=False, soft_wrap=True)
     for line in unused_lines(standing.unused_edits):
@@ -268,14 +269,9 @@ def _line(problem: Problem) -> str:
 
 
 def _next(
-    named: str,
-    at_work: bool,
-    is_complete: bool,
-    stale: int,
-    verdicts: Mapping[str, int],
-    problems: Sequence[Problem],
-    by_records: bool = False,
-) -> Iterator[str]:
+    named: str, at_work: bool, is_complete: bool, stale: int, verdicts: Mapping[str, int], problems: Sequence[Problem],
+    by_records: bool = False, is_former: bool = False,
+) -> Iterator[str]:  # fmt: skip
     """What to do, the most urgent first."""
     run = shlex.quote(named)
     if at_work:
@@ -283,7 +279,9 @@ def _next(
         return
     if any(p.status == Status.FAILED for p in problems):
         yield f"fix the cause of the failures, or set other parameters: cityflow rerun {run} --failed"
-    if stale:
+    if is_former:
+        yield "repeat the command of the run to update it"
+    elif stale:
         yield (
             f"{'at least ' * by_records}{stale:,} tasks are out of date (older version of cityflow, other inputs or settings), "
             "and so are products and figures: repeat the command of the run to update them"

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from pathlib import Path
 
 from cityflow.errors import RunError
+from cityflow.flow.index import FILE
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 
 BUILDINGS = "reconstruct"
 MOST_NAMED = 5
+MOST_LOOKED_AT_BYTES = 64 * 2**20
+"""Of an index of records that is opened for a first look alone: about 100,000 records."""
 
 
 def named_units(url: str, names: Sequence[str]) -> list[str]:
@@ -25,6 +29,28 @@ def named_units(url: str, names: Sequence[str]) -> list[str]:
         return []
     with Ledger.open(Store.open(url)) as ledger:
         return named_in(url, names, ledger)
+
+
+def look_at_names(url: str, stage: str, names: Sequence[str]) -> None:
+    """Make sure, before heavy imports, that a local RUN of usual size has a stage and units of these names.
+
+    Raises
+    ------
+    RunError
+        It has not.
+    """
+    index = Path(url).expanduser() / FILE
+    if "://" in url or not index.is_file() or index.stat().st_size > MOST_LOOKED_AT_BYTES:
+        return
+    with Ledger.open(Store.open(url)) as ledger:
+        refuse_unknown_stage(stage, ledger.stages())
+        named_in(url, names, ledger)
+
+
+def refuse_unknown_stage(stage: str, known: Sequence[str]) -> None:
+    """Raise RunError where a stage is named that is none of those known."""
+    if stage and stage not in known:
+        raise RunError(f"no stage '{stage}' in this run", where="--stage", remedy=f"known: {', '.join(known)}")
 
 
 def named_in(url: str, names: Sequence[str], ledger: Ledger) -> list[str]:
