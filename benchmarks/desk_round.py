@@ -1,9 +1,9 @@
 """A round at the desk as a person makes it, with its times: python benchmarks/desk_round.py RUN [--rounds 3] [--workers 1] [--pictures FOLDER]
 
 RUN is a finished one with photographs, such as the demonstration's flight. The desk is opened by its command, and a Chromium without a screen goes to it:
-the first paint; the worst building that has a model; its photograph; another roof type, rerun, the new model; before and now; undo, rerun, the model
-that was. Keys and buttons are pressed as a person would press them. RUN ends as it was. Of every part the time of the clock, and the processor time of all
-its processes, since machines have other work; the tasks that carry the building's name are its own time.
+the first paint; the worst building that has a model; its photograph; another roof type, rerun, the new model; before and now side by side; undo,
+rerun, the model that was. Keys and buttons are pressed as a person would press them. RUN ends as it was. Of every part the time of the clock, and the
+processor time of all its processes, since machines have other work; the seconds of its reconstruction are a building's own time.
 """
 
 from __future__ import annotations
@@ -128,14 +128,23 @@ class Round:
         self.browser.run("document.querySelector('#desk-building .undo').click()")
         self.browser.wait("cityflowView.desk.state.pending === 1 && !cityflowView.desk.state.edits.length")
 
-    def rerun(self, unit: str) -> tuple[Spent, float, float]:
-        """By its key, until the new model stands in the page; seconds of the building's own tasks, and of all."""
+    def rerun(self, unit: str, picture: Path | None = None) -> tuple[Spent, float, float]:
+        """By its key, until the new model stands in the scene (printed at once), and until its texture does; seconds of reconstruction and of all tasks."""
         jobs = int(self.browser.run("cityflowView.desk.state.jobs.length"))
         self.browser.run(
             "cityflowView.city.former && (cityflowView.city.former.isSeen = true); document.activeElement.blur()"
         )
         known, begun = set(records_of(self.run)), self.now()
         self.browser.key("r")
+        self.browser.wait(
+            f"cityflowView.city.renewed.group.children.some((m) => m.userData.unit === {json.dumps(unit)}) && !cityflowView.stage.isWaiting",
+            600,
+            0.02,
+        )
+        shown = self.since(begun)
+        print(f"the model is there after {shown}; load {os.getloadavg()[0]:.1f}", flush=True)
+        if picture is not None:
+            self.browser.picture(picture)
         self.browser.wait(
             f"cityflowView.city.former && !cityflowView.city.former.isSeen && !cityflowView.city.former.tiles.group.visible && {READY}",
             600,
@@ -144,7 +153,7 @@ class Round:
         spent = self.since(begun)
         self.browser.wait(f"cityflowView.desk.reruns.jobs.get({jobs + 1})?.stand === 'done' && {READY}", 600)
         made = [json.loads(p.read_text()) for p in set(records_of(self.run)) - known]
-        own = sum(r["seconds"] for r in made if r["unit"] == unit)
+        own = sum(r["seconds"] for r in made if r["unit"] == unit and r["stage"] == "reconstruct")
         self.browser.run(f"cityflowView.choose({json.dumps(unit)}); undefined")
         self.browser.wait("document.querySelector('#desk-building button')")
         return spent, own, sum(r["seconds"] for r in made)
@@ -213,18 +222,21 @@ def walked(desk: Round, unit: str, pictures: Path | None) -> None:
     for step in ("corrected", "undone"):
         if step == "undone":
             desk.undo()
-        spent, own, tasks = desk.rerun(unit)
+        spent, own, tasks = desk.rerun(unit, None if pictures is None else pictures / f"{step}_model.png")
         print(
-            f"{step}: new model after {spent}; the building's own tasks {own:.2f} s, all {tasks:.2f} s; load {os.getloadavg()[0]:.1f}",
+            f"{step}: its reconstruction {own:.2f} s of that; its texture is there after {spent}; all tasks {tasks:.2f} s; "
+            f"load {os.getloadavg()[0]:.1f}",
             flush=True,
         )
         if pictures is not None:
             browser.picture(pictures / f"{step}.png")
         assert (desk.model(unit) == was) == (step == "undone"), f"{step}: {desk.model(unit)}"
-        for is_before in (True, False):
+        for is_beside in (True, False):
             browser.run("document.activeElement.blur()")
-            browser.key("b")
-            browser.wait(f"cityflowView.city.former.tiles.group.visible === {json.dumps(is_before)}")
+            browser.key("v")
+            browser.wait(f"Boolean(cityflowView.stage.beside) === {json.dumps(is_beside)} && {READY}")
+            if pictures is not None and is_beside:
+                browser.picture(pictures / f"{step}_beside.png")
 
 
 if __name__ == "__main__":

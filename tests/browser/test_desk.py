@@ -243,11 +243,41 @@ def test_a_building_is_corrected_made_again_and_the_edit_undone(
     assert page.run("cityflowView.city.former.tiles.group.visible && !cityflowView.city.tiles.group.visible")
     page.key("b")
     assert page.run("!cityflowView.city.former.tiles.group.visible && cityflowView.city.tiles.group.visible")
+    before_and_after_side_by_side(page)
     compare_with_the_run_before(page)
     page.run("document.querySelector('#desk-edits .undo').click()")
     page.wait("cityflowView.desk.state.pending === 1 && !cityflowView.desk.state.edits.length")
     rerun(page, 2)
     assert unit_height(page, town.FLAT) == pytest.approx(height, abs=0.01)
+
+
+def before_and_after_side_by_side(page: Chromium) -> None:
+    """One camera moves both halves: on the left the house that is gone stands where the right has ground."""
+    places = over(town.FLAT, town.TOPS[town.FLAT], margin=2.0)
+    roof = places[places[:, 1] > town.OUTLINES[town.FLAT].centroid.y]
+    page.run("cityflowView.choose(null); document.activeElement.blur()")
+    page.key("v")
+    page.wait("cityflowView.stage.beside")
+    assert page.run("[...document.querySelectorAll('#halves span')].map((e) => e.innerText)") == ["before", "after"]
+    assert page.run("!document.getElementById('panel').checkVisibility()"), "all of the window is for the two"
+    with page.drawn(coarse=1):
+        for camera in ((FROM, AT), (ASIDE, AT)):
+            page.run(f"cityflowView.stage.look({json.dumps(camera[0])}, {json.dumps(camera[1])})")
+            page.wait(READY)
+            after = on_page(page, roof)
+            before = after - [page.run("2 * cityflowView.stage.halves[1].shift"), 0]
+            picture = page.picture()
+            is_red = [
+                np.abs(colours_at(picture, at) - town.COLOURS[town.FLAT]).max(axis=1) < 40 for at in (before, after)
+            ]
+            assert is_red[0].mean() > 0.9
+            assert not is_red[1].any()
+    page.run("document.querySelectorAll('#panel, #halves').forEach((e) => (e.style.visibility = ''))")
+    page.run(
+        "[...document.querySelectorAll('#desk-review button')].find((e) => e.textContent === 'Side by side').click()"
+    )
+    assert page.run("cityflowView.stage.beside === null && document.getElementById('halves').hidden")
+    assert page.run("cityflowView.city.tiles.group.visible && !cityflowView.city.former.tiles.group.visible")
 
 
 def compare_with_the_run_before(page: Chromium) -> None:
@@ -287,7 +317,7 @@ def compare_with_the_run_before(page: Chromium) -> None:
     assert page.run("cityflowView.stage.split === null && cityflowView.city.tiles.group.visible")
 
 
-FROM, AT = (-63, -60, 55), (-63, -14, 10)
+FROM, AT, ASIDE = (-63, -60, 55), (-63, -14, 10), (-70, -62, 48)
 """In the page's frame: from the south, the flat house in the middle."""
 
 
@@ -376,12 +406,60 @@ def test_the_list_is_made_again_by_one_method_and_a_building_by_the_best_of_all(
     listed = (
         f"cityflowView.desk.review.shown = cityflowView.desk.review.rows.filter(({{ id }}) => id === {town.GABLE!r})"
     )
+    page.run(NOTE_EARLY)
     until_new_models(page, jobs + 1, lambda: page.run(f"{listed}; document.getElementById('desk-rerun-list').click()"))
+    (early,) = page.run("early")
+    assert early["top"] == pytest.approx(unit_height(page, town.GABLE), abs=0.02), (
+        "the model stood there before its tile"
+    )
+    assert (early["old"], early["edges"], early["mark"]) == (0, True, "texture follows")
+    assert page.run("document.querySelectorAll('.mark').length === 0 && cityflowView.city.renewed.isEmpty")
     assert desk[0].jobs.jobs[-1].commands[-1][-1] == "--set=reconstruct.methods=extruded"
     assert unit_height(page, town.GABLE) < ridge - 0.5, "a block ends below the ridge"
     choose(page, town.GABLE)
     until_new_models(page, jobs + 2, lambda: select(page, "desk-method", "*"))
+    assert len(page.run("early")) == 2
     assert unit_height(page, town.GABLE) == pytest.approx(ridge, abs=0.01)
+
+
+NOTE_EARLY = """(() => {
+  const { city } = cityflowView;
+  const add = city.add.bind(city);
+  window.early = [];
+  city.add = (models, without) => {
+    add(models, without);
+    const unit = without[0];
+    let old = 0;
+    for (const { mesh: { geometry: { index, drawRange, attributes } }, model } of city.meshes('buildings')) {
+      for (let i = 0; i < Math.min(index.count, drawRange.count); i += 1) old += attributes._feature_id_0.getX(index.getX(i)) === model.rows.get(unit);
+    }
+    const top = Math.max(...models.flatMap(({ corners }) => corners.filter((_, i) => i % 3 === 2)));
+    early.push({ unit, old, top, edges: Boolean(city.edges), mark: document.querySelector('.mark')?.textContent });
+  };
+})()"""
+"""Of each model that comes before its tile: its height, how much of the former one is left in the tiles, whether its edges are drawn, its mark."""
+
+
+def test_while_new_tiles_come_the_edges_are_those_of_the_model_in_sight(at_the_desk: Chromium) -> None:
+    """A block, which is loaded before it, has others."""
+    page = at_the_desk
+    choose(page, town.GABLE)
+    count = "cityflowView.city.edges?.children[0].geometry.attributes.instanceStart.data.array.length ?? 0"
+    usual = page.run(count)
+    assert usual
+    page.run(
+        f"window.seen = new Set(); window.look = () => seen.add({count}); cityflowView.stage.beforeFrame.push(look)"
+    )
+    throttle = "Network.emulateNetworkConditions"
+    page.call(throttle, offline=False, latency=300, downloadThroughput=1e6, uploadThroughput=1e6)
+    try:
+        page.run("cityflowView.before.renew()")
+        page.wait(READY)
+    finally:
+        page.call(throttle, offline=False, latency=0, downloadThroughput=-1, uploadThroughput=-1)
+    page.run("cityflowView.stage.beforeFrame.splice(cityflowView.stage.beforeFrame.indexOf(look), 1)")
+    assert page.run("[...seen]") == [usual]
+    assert page.run(count) == usual
 
 
 def select(page: Chromium, element: str, value: str) -> None:

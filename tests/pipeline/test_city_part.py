@@ -372,6 +372,15 @@ def test_any_few_outlines_as_an_engine_goes_through_them(town: Town, seed: int) 
     assert stale(town, records) == []
 
 
+def test_buildings_run_in_the_order_in_which_they_were_named(town: Town) -> None:
+    houses = [h for h in HOUSES if owner(h) == owner(AT_A_BORDER)][:3]
+    for named in (houses, houses[::-1]):
+        asked = replace(chosen(*(("reconstruct", h) for h in houses)), first=tuple(named))
+        part = CityPart(town.source(), asked, Memory(dict(town.records)))
+        tasks = [t.unit for t in part.initial() if t.stage == "reconstruct"]
+        assert [u for u in tasks if u in houses] == named
+
+
 def test_an_atlas_cell_alone(town: Town) -> None:
     cells = [n for n in town.records if n[0] == "atlas"]
     if not cells:

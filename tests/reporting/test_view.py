@@ -15,7 +15,9 @@ import shapely
 from rich.console import Console
 
 from browser import painted_run as town
+from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
+from cityflow.core.grid import Bounds, Grid
 from cityflow.errors import RunError
 from cityflow.flow.store import Store
 from cityflow.io.crs import resolve
@@ -23,8 +25,8 @@ from cityflow.reporting import view, view_units
 from cityflow.reporting.run_report import report_data, with_settings
 from cityflow.reporting.unit_pages import page_path
 from cityflow.reporting.view import state_of
+from cityflow.reporting.view_cuts import ABOVE_ROOF_M, Ridges, Roofs
 from cityflow.reporting.view_frame import PageFrame
-from cityflow.reporting.view_layers import Ridges
 from cityflow.runs.current import CurrentRecords
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import describe_run
@@ -323,3 +325,29 @@ def test_a_cut_line_lies_at_the_higher_roof_beside_it() -> None:
     assert ridges.beside(shapely.LineString([(5, 1), (5, 9)]), 0.0) == 5.0
     assert ridges.beside(shapely.LineString([(-3, 0), (-3, 9)]), 0.0) == 5.0, "the nearest where it touches none"
     assert Ridges.of((), {}).beside(shapely.LineString([(5, 1), (5, 9)]), 2.0) == 2.0
+
+
+def test_a_cut_line_follows_the_roof_from_eaves_to_ridge() -> None:
+    """Of a gable of 45° whose ridge is 10 m high, over a line across it; eaves and ground are beyond its ends."""
+    ring = np.array([(0, 0), (10, 0), (10, 10), (0, 10), (0, 0)], float)
+    rows = (UnitRow("gable", "0_0", Status.DONE, rings=(ring,)),)
+    ridges = Ridges.of(rows, {"gable": (0.0, 10.0)})
+
+    def surface(bounds: Bounds) -> tuple[Grid, FloatArray]:
+        grid = Grid.covering(bounds, 0.25)
+        x, y = grid.centres()
+        inside = (x > 0) & (x < 10) & (y > 0) & (y < 10)
+        # a chimney stands on the ridge, and a patch is not known
+        roof = np.where((np.abs(y - 5) < 0.6) & (np.abs(x - 4.5) < 0.3), 12.0, 10 - np.abs(y - 5))
+        return grid, np.where((y > 7.6) & (y < 8.4), np.nan, np.where(inside, roof, 0.0))
+
+    found = Roofs(ridges, 6.0, surface).along(shapely.LineString([(5, 0), (5, 10)]))
+    assert np.allclose(found[:, :2], [(5, y) for y in range(11)])
+    true = 10 - np.abs(found[:, 1] - 5)
+    known = found[:, 1] != 8
+    assert np.abs(found[known, 2] - true[known] - ABOVE_ROOF_M).max() < 0.7, "half a metre from its ends it ends"
+    assert np.abs(found[1:-1][known[1:-1], 2] - true[1:-1][known[1:-1]] - ABOVE_ROOF_M).max() < 0.15
+    assert found[~known, 2] == 10 + ABOVE_ROOF_M
+    assert found[:, 2].max() <= 10 + ABOVE_ROOF_M
+    bare = Roofs(ridges, 6.0, lambda _: None).along(shapely.LineString([(5, 0), (5, 10)]))
+    assert (bare[:, 2] == 10 + ABOVE_ROOF_M).all()

@@ -22,6 +22,7 @@ from cityflow.core.reference import Reference
 from cityflow.core.verdicts import Verdict
 from cityflow.errors import CityflowError, RunError
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.records import newest_file, write_record
 from cityflow.flow.store import Store
 from cityflow.io.tables.edits_gpkg import read_edits
 from cityflow.runs.asked import read_asked
@@ -215,6 +216,11 @@ def test_a_rerun_is_of_the_tasks_that_an_edit_concerns(desk: RunDesk) -> None:
     assert asked(desk, units=[town.FLAT]) == [[f"--unit={town.FLAT}"]], "it is carried out already"
     desk.change("undo", {"edit": roof["edit"]})
     assert asked(desk, units=[]) == [["--stage=reconstruct", f"--unit={town.GABLE}"]], "and so is its undo"
+    rings = read(desk, "outline", unit=HALVES[0])["rings"]
+    half = change(desk, "edit", {"layer": "roof_types", "rings": rings, "value": "hip"})
+    assert asked(desk, units=[]) == [["--stage=reconstruct", f"--unit={HALVES[0]}"]], "the other half only touches it"
+    desk.change("undo", {"edit": half["edit"]})
+    desk.pending.clear()
     desk.change(
         "edit", {"layer": "no_cut_lines", "rings": [[[town.X + 120, town.Y + 30], [town.X + 120, town.Y + 40]]]}
     )
@@ -292,6 +298,94 @@ def test_pages_hear_of_the_new_models_before_the_report_is_written(
     at = heard.index("changed ")
     assert "job done" not in heard[:at]
     assert heard[at:].count("job at work") == 1, "a line comes after it"
+
+
+def test_the_model_is_told_as_soon_as_its_task_has_ended_and_a_building_that_is_no_more(
+    desk: RunDesk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    heard: list[tuple[str, Any]] = []
+    monkeypatch.setattr(type(desk.listeners), "tell", lambda self, name, value: heard.append((name, value)))
+    row = next(r for r in read(desk, "review") if r["id"] == town.GABLE)
+    record = newest_file(desk.store, "units", row["tile"])
+    assert record is not None
+    without = [e for e in record.result["units"] if e["id"] != town.FLAT]
+    newer = replace(record, attempt=record.attempt + 1, result={**record.result, "units": without})
+    path = write_record(desk.store, newer)
+    lines = [
+        f"  reconstruct-{town.GABLE} done, 1.20 s, 300 MB",
+        f"  units-{row['tile']} done, 0.10 s, 90 MB",
+        "  reconstruct-nobody done, 1.00 s, 9 MB",
+    ]
+    script = "".join(f"print({line!r});" for line in [*lines, SHOWN])
+    try:
+        run_jobs(desk, script, monkeypatch)
+    finally:
+        desk.store.remove(path)
+    names = [name for name, _ in heard]
+    (first, model), (second, gone) = [(k, v) for k, (name, v) in enumerate(heard) if name == "models"]
+    assert first < second < names.index("changed")
+    assert model["without"] == [town.GABLE]
+    z = np.array(model["models"][0]["corners"]).reshape(-1, 3)[:, 2]
+    assert np.ptp(z) == pytest.approx(town.TOPS[town.GABLE] - town.GROUND, abs=0.15)
+    assert gone == {"models": [], "without": [town.FLAT]}
+
+
+def run_jobs(desk: RunDesk, script: str, monkeypatch: pytest.MonkeyPatch, count: int = 1) -> None:
+    """Reruns that a script stands in for, until all of them have ended."""
+
+    def begin(_: Any) -> Any:
+        return subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, encoding="utf-8")
+
+    monkeypatch.setattr(desk.jobs, "begin", begin)
+    for _ in range(count):
+        desk.change("rerun", {"units": [town.GABLE]})
+    desk.jobs.start()
+    end = time.monotonic() + 60
+    while not all(job.stand in (Stand.DONE, Stand.FAILED) for job in desk.jobs.jobs) and time.monotonic() < end:
+        time.sleep(0.02)
+    desk.close()
+
+
+def test_whatever_goes_wrong_while_the_view_is_refreshed_the_queue_goes_on_and_pages_are_told(
+    desk: RunDesk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    heard: list[tuple[str, Any]] = []
+    monkeypatch.setattr(type(desk.listeners), "tell", lambda self, name, value: heard.append((name, value)))
+
+    def broken() -> None:
+        raise KeyError("no such array")
+
+    monkeypatch.setattr(desk, "refresh", broken)
+    monkeypatch.setattr(desk.jobs, "shown", broken)
+    run_jobs(desk, f"print({SHOWN!r})", monkeypatch, count=2)
+    end = time.monotonic() + 60
+    while sum(name == "trouble" for name, _ in heard) < 2 and time.monotonic() < end:
+        time.sleep(0.02)
+    assert [job.stand for job in desk.jobs.jobs] == [Stand.DONE, Stand.DONE]
+    told = [value["text"] for name, value in heard if name == "trouble"]
+    assert len(told) == 2
+    assert "no such array" in told[0]
+    assert any("no such array" in line for line in desk.jobs.jobs[0].lines)
+
+
+def test_a_rerun_that_cannot_begin_has_failed_and_the_next_one_runs(
+    desk: RunDesk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_jobs(desk, "", monkeypatch)
+    assert desk.jobs.jobs[0].stand is Stand.DONE
+
+    def none_left(_: Any) -> Any:
+        raise BlockingIOError("no process is left")
+
+    again = RunDesk(desk.url, "ann", [], lambda: None)
+    monkeypatch.setattr(again.jobs, "begin", none_left)
+    again.change("rerun", {"units": [town.GABLE]})
+    again.jobs.start()
+    end = time.monotonic() + 60
+    while again.jobs.jobs[0].stand is not Stand.FAILED and time.monotonic() < end:
+        time.sleep(0.02)
+    again.close()
+    assert "no process is left" in again.jobs.jobs[0].lines[-1]
 
 
 def test_a_job_waits_for_whoever_drives_the_run(desk: RunDesk, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,6 +7,7 @@ import { byId } from './elements.js';
 import { creasesOf, disposed, edgesOf } from './highlight.js';
 import { CLASS, define, lighten, materialFor, PHOTOGRAPHS, UNIT } from './materials.js';
 import { TablesPlugin } from './metadata.js';
+import { Renewed } from './renewed.js';
 import { trianglesOf } from './residuals.js';
 import { PageLoader, scaleFor, Sharpener } from './textures.js';
 
@@ -36,6 +37,8 @@ export class City {
     this.tiles = null;
     this.edges = null;
     this.former = null;
+    this.isArriving = false;
+    this.renewed = new Renewed(this.models, stage);
     this.isEnded = false;
     // what a lost context held is fetched again: pixels are let go of once they are drawn
     stage.canvas.addEventListener('webglcontextrestored', () => this.load());
@@ -76,17 +79,41 @@ export class City {
   /** The run has other models now. Those of before stay in sight until the new ones are there, and are kept. */
   async renew() {
     if (this.isEmpty) return;
-    const { tiles, models, sharpener } = this;
+    const { tiles, models, sharpener, renewed } = this;
     this.#forgetFormer();
     if (!tiles) return this.#begin();
     sharpener.end();
     this.former = { tiles, models };
+    this.isArriving = true;
     this.models = new Map();
+    this.renewed = new Renewed(this.models, this.stage);
     this.#begin();
     this.tiles.group.visible = false;
     await this.#arrival(this.tiles);
+    this.isArriving = false;
+    renewed.end();
     this.showFormer(false);
     this.#outline();
+  }
+
+  /** Buildings that were made anew, before the tiles have them; see `Renewed.add`. */
+  add(models, without) {
+    this.renewed.add(models, without);
+    this.#outline();
+  }
+
+  /** The tiles have what was made, or nothing was. */
+  dropRenewed() {
+    if (this.renewed.isEmpty) return;
+    this.renewed.end();
+    this.renewed = new Renewed(this.models, this.stage);
+    this.#outline();
+    this.stage.changed();
+  }
+
+  /** Whether there is anything of before. */
+  get hasFormer() {
+    return Boolean(this.former) || !this.renewed.isEmpty;
   }
 
   /** Until what is in sight is loaded. */
@@ -103,10 +130,17 @@ export class City {
 
   /** Show the models of before the last change in place of those of now, or these again. */
   showFormer(isShown) {
-    if (!this.former || !this.tiles) return;
-    this.former.tiles.group.visible = isShown;
-    this.tiles.group.visible = !isShown;
+    this.drawFormer(isShown);
     this.stage.changed();
+  }
+
+  /** The same within a frame. */
+  drawFormer(isShown) {
+    if (!this.renewed.isEmpty) this.renewed.show(!isShown);
+    else if (this.former && this.tiles) {
+      this.former.tiles.group.visible = isShown;
+      this.tiles.group.visible = !isShown;
+    }
   }
 
   #forgetFormer() {
@@ -133,7 +167,7 @@ export class City {
     tiles.addEventListener('load-model', ({ scene, tile, url }) => this.tiles === tiles && this.#loaded(scene, url ?? tile.content?.uri ?? ''));
     const { models } = this;
     tiles.addEventListener('dispose-model', ({ scene }) => gone(scene, models));
-    tiles.addEventListener('tile-visibility-change', ({ scene }) => models.get(scene)?.rows.has(this.selected) && this.#forgetOutline());
+    tiles.addEventListener('tile-visibility-change', ({ scene }) => !this.isArriving && models.get(scene)?.rows.has(this.selected) && this.#forgetOutline());
     tiles.addEventListener('load-error', ({ url, error }) => this.#failed(url, error));
     for (const event of ['needs-update', 'needs-render', 'load-tileset', 'load-content', 'tiles-load-end']) {
       tiles.addEventListener(event, this.stage.changed);
@@ -192,7 +226,7 @@ export class City {
 
   select(id) {
     this.selected = id;
-    for (const model of this.models.values()) this.#mark(model);
+    for (const model of [...this.models.values(), ...(this.former?.models.values() ?? [])]) this.#mark(model);
     this.#outline();
     this.stage.changed();
   }
@@ -208,9 +242,9 @@ export class City {
   #outline() {
     this.#forgetOutline();
     // tiles are attached to the scene some time after they have come
-    const model = [...this.models.values()].find(({ rows, scene }) => rows.has(this.selected) && scene.parent);
+    const model = this.renewed.has(this.selected) ? null : [...this.seen.values()].find(({ rows, scene }) => rows.has(this.selected) && scene.parent);
     model?.scene.updateWorldMatrix(true, true);
-    this.edges = model ? edgesOf(trianglesOf(this, this.selected)) : null;
+    this.edges = edgesOf(model ? trianglesOf(this, this.selected) : this.renewed.trianglesOf(this.selected));
     if (!this.edges) return;
     this.edges.visible = this.shown.buildings;
     this.stage.scene.add(this.edges);
@@ -231,8 +265,10 @@ export class City {
   }
 
   #first(part = null) {
-    const hits = this.raycaster.intersectObject(this.tiles.group, true);
+    const hits = this.raycaster.intersectObjects([this.tiles.group, this.renewed.group], true);
     for (const hit of hits) {
+      const { unit } = hit.object.userData;
+      if (unit && this.renewed.isShown && part !== 'terrain') return { place: hit.point, part: 'buildings', isFar: false, unit, surface: null };
       const model = this.models.get(rootOf(hit.object, this.models));
       if (!model || !(part ? partOf(hit.object) === part : hit.object.visible)) continue;
       return { place: hit.point, part: partOf(hit.object), isFar: model.isFar, ...this.#described(model, hit) };
@@ -252,9 +288,14 @@ export class City {
     return [...this.models.values()].some(({ tables }) => tables?.words.includes(name));
   }
 
+  /** Models of the tiles that are in sight: those of before until the new ones are there. */
+  get seen() {
+    return this.isArriving ? this.former.models : this.models;
+  }
+
   /** Meshes of the tiles that are drawn now. */
   *meshes(part = null) {
-    for (const model of this.models.values()) {
+    for (const model of this.seen.values()) {
       if (!model.scene.parent) continue;
       for (const mesh of model.meshes) if (!part || partOf(mesh) === part) yield { mesh, model };
     }
@@ -262,7 +303,7 @@ export class City {
 
   #loaded(scene, url) {
     const tables = scene.userData.tables ?? null;
-    const model = { scene, tables, isFar: Boolean(tables?.units), tile: tileOf(url), meshes: [], colours: null, rows: new Map() };
+    const model = { scene, tables, isFar: Boolean(tables?.units), tile: tileOf(url), meshes: [], colours: null, rows: new Map(), crease };
     if (tables) {
       tables.ids.forEach((id, row) => model.rows.set(id, row));
       model.colours = unitTexture(tables.ids.length);
@@ -281,6 +322,7 @@ export class City {
     this.sharpener.note(model);
     this.#hide(model);
     this.models.set(scene, model);
+    this.renewed.leaveOut(model);
     this.stage.isBlank = false;
     this.#dress(model);
     this.#mark(model);
@@ -313,8 +355,9 @@ export class City {
   #crease(model, mode) {
     const isPlain = mode !== PHOTOGRAPHS || !model.meshes.some(({ material }) => material.defines.HAS_MAP);
     if (model.tables && !model.creases && isPlain) {
-      model.creases = model.meshes.map((mesh) => creasesOf(mesh.geometry));
-      model.meshes.forEach((mesh, i) => mesh.add(model.creases[i]));
+      model.creases = [];
+      model.meshes.forEach((_, k) => model.crease(k));
+      this.renewed.drawRange(model);
     }
     for (const lines of model.creases ?? []) lines.visible = isPlain;
     model.isPlain = isPlain;
@@ -357,6 +400,21 @@ export class City {
     this.tiles.dispose();
     this.models.clear();
   }
+}
+
+/** Draw lines along the edges of a mesh of a model, the so-manieth, in place of those of before. */
+function crease(k) {
+  const mesh = this.meshes[k];
+  const old = this.creases[k];
+  this.creases[k] = creasesOf(mesh.geometry);
+  if (old) {
+    mesh.remove(old);
+    old.geometry.dispose();
+    this.creases[k].visible = old.visible;
+  }
+  mesh.add(this.creases[k]);
+  // what is in a tile is not looked at again once that is in the scene
+  this.creases[k].updateMatrixWorld(true);
 }
 
 /** Let go of a model that is needed no more. */

@@ -3,16 +3,26 @@ import { Vector3 } from 'three';
 
 const REACH_PX = 7;
 
+/** Places along a cut line, from end to end: it lies on the roofs that it parts. */
+export function pathOf({ from, to, heights }) {
+  return heights.map((up, i) => {
+    const share = i / (heights.length - 1);
+    return [from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1]), up];
+  });
+}
+
 /** The cut line that is drawn within some pixels of the pointer. */
 export function pickCut({ layers, stage }, { clientX, clientY }) {
   let best = REACH_PX;
   let found = null;
   for (const { userData } of layers.objects('cuts')) {
     for (const cut of userData.cuts ?? []) {
-      const [a, b] = [cut.from, cut.to].map((p) => stage.onPage(new Vector3(...p)));
-      if (!a || !b) continue;
-      const away = distanceToSegment([clientX, clientY], a, b);
-      if (away < best) [best, found] = [away, cut];
+      const path = pathOf(cut).map((p) => stage.onPage(new Vector3(...p)));
+      for (let i = 1; i < path.length; i += 1) {
+        if (!path[i - 1] || !path[i]) continue;
+        const away = distanceToSegment([clientX, clientY], path[i - 1], path[i]);
+        if (away < best) [best, found] = [away, cut];
+      }
     }
   }
   return found;

@@ -32,9 +32,19 @@ CREASES.onBeforeCompile = (shader) => {
   shader.vertexShader = shader.vertexShader.replace('#include <project_vertex>', '#include <project_vertex>\ngl_Position.z -= 2e-4 * gl_Position.w;');
 };
 
-/** Thin dark lines where faces of a mesh meet at an angle or end, in the mesh's own frame. A ray does not meet them. */
+/**
+ * Thin dark lines where faces of a mesh meet at an angle or end, in the mesh's own frame; those of faces that are left out come last. A ray does not
+ * meet them.
+ */
 export function creasesOf(geometry) {
   const lines = new LineSegments(new EdgesGeometry(geometry, CREASE_DEG), CREASES);
+  const { kept } = geometry.userData;
+  if (kept !== undefined) {
+    const index = [...geometry.index.array];
+    const parts = [index.slice(0, kept), index.slice(kept)].map((of) => new EdgesGeometry(geometry.clone().setIndex(of), CREASE_DEG).attributes.position.array);
+    lines.geometry.setAttribute('position', new BufferAttribute(new Float32Array([...parts[0], ...parts[1]]), 3));
+    lines.geometry.userData.kept = parts[0].length / 3;
+  }
   lines.raycast = () => {};
   return lines;
 }

@@ -4,6 +4,7 @@ import {
   PointsMaterial, ShapeUtils, Vector2,
 } from 'three';
 import { CUTS, POINT_CLASSES, relief, rgb, STATUS, UNKNOWN } from './colours.js';
+import { pathOf } from './cuts.js';
 import { binary } from './data.js';
 import { linesOf } from './highlight.js';
 
@@ -134,7 +135,7 @@ export class Layers {
 
 /** A light rim under each line, so that it is seen on a dark roof and on a bright one. */
 function drawnCuts(cuts, isAccepted) {
-  const places = cuts.flatMap((line) => [...line.from, ...line.to]);
+  const places = cuts.flatMap((line) => pathOf(line).flatMap((place, i, path) => (i ? [...path[i - 1], ...place] : [])));
   const rim = linesOf(places, '#ffffff', isAccepted ? 6 : 4.5);
   const drawn = linesOf(places, (isAccepted ? CUTS.taken : CUTS.refused)[1], isAccepted ? 3.5 : 2.5);
   rim.renderOrder = isAccepted ? 5 : 4.6;

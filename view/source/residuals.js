@@ -21,8 +21,8 @@ export function trianglesOf(city, unit, classes = null) {
     const row = model.rows.get(unit);
     if (row === undefined) continue;
     const { _feature_id_0: rows, surfaceClass, position } = mesh.geometry.attributes;
-    const { index } = mesh.geometry;
-    for (let i = 0; i < index.count; i += 3) {
+    const { index, drawRange } = mesh.geometry;
+    for (let i = 0; i < Math.min(index.count, drawRange.count); i += 3) {
       const first = index.getX(i);
       if (rows.getX(first) !== row || (classes && !classes.has(model.tables.words[surfaceClass.getX(first)]))) continue;
       triangles.push([0, 1, 2].map((k) => new Vector3().fromBufferAttribute(position, index.getX(i + k)).applyMatrix4(mesh.matrixWorld).toArray()));

@@ -44,6 +44,7 @@ export class Stage {
     this.frames = 0;
     this.isBlank = true;
     this.split = null;
+    this.beside = null;
     this.isFlying = false;
     this.pressed = new Set();
     this.isWaiting = false;
@@ -185,7 +186,8 @@ export class Stage {
   /** Normalised device coordinates of a pointer event. */
   ndc({ clientX, clientY }) {
     const { left, top, width, height } = this.canvas.getBoundingClientRect();
-    return new Vector2(((clientX - left) / width) * 2 - 1, 1 - ((clientY - top) / height) * 2);
+    const { shift } = this.halves.find((half) => clientX - left < half.right) ?? this.halves[1];
+    return new Vector2(((clientX - left - shift) / width) * 2 - 1, 1 - ((clientY - top) / height) * 2);
   }
 
   /** Where a pointer would be that points at what one looks at: the middle of what no panel covers. */
@@ -194,11 +196,11 @@ export class Stage {
     return { clientX, clientY };
   }
 
-  /** Where a place is drawn, in pixels of the page; null behind the camera. */
+  /** Where a place is drawn, in pixels of the page, of two halves in that of now; null behind the camera. */
   onPage(place) {
     const { left, top, width, height } = this.canvas.getBoundingClientRect();
     const v = place.clone().project(this.camera);
-    return v.z > 1 ? null : [left + ((v.x + 1) / 2) * width, top + ((1 - v.y) / 2) * height];
+    return v.z > 1 ? null : [left + this.halves[1].shift + ((v.x + 1) / 2) * width, top + ((1 - v.y) / 2) * height];
   }
 
   render() {
@@ -207,9 +209,37 @@ export class Stage {
     // an empty picture costs as much as a full one, and keeps the first tiles waiting
     if (this.isBlank) return;
     if (!this.frames) this.canvas.classList.remove('blank');
-    if (this.split) this.#renderBoth(this.split);
+    if (this.beside) this.#renderBeside(this.beside);
+    else if (this.split) this.#renderBoth(this.split);
     else this.renderer.render(this.scene, this.camera);
     this.frames += 1;
+  }
+
+  /**
+   * Where two states are drawn beside each other, in pixels: each picture is moved by `shift`, so that what one looks at is in the middle of what no panel covers
+   * of its half. Without a second state the right half is all.
+   */
+  get halves() {
+    const [width] = this.size;
+    if (!this.beside) return [{ left: 0, right: 0, shift: 0 }, { left: 0, right: width, shift: 0 }];
+    const { left, right } = this.covered;
+    const middle = Math.round((width + left - right) / 2);
+    const shift = Math.round((width - left - right) / 4);
+    return [{ left: 0, right: middle, shift: -shift }, { left: middle, right: width, shift }];
+  }
+
+  /** Two states in two halves, by the same camera. That of now comes last, and stays. */
+  #renderBeside(show) {
+    const [width, height] = this.size;
+    this.renderer.setScissorTest(true);
+    this.halves.forEach(({ left, right, shift }, k) => {
+      show(!k);
+      this.renderer.setViewport(shift, 0, width, height);
+      this.renderer.setScissor(left, 0, right - left, height);
+      this.renderer.render(this.scene, this.camera);
+    });
+    this.renderer.setViewport(0, 0, width, height);
+    this.renderer.setScissorTest(false);
   }
 
   /** Two states by the same camera: `at` is the share of the width at which the one ends, `show` makes either visible. That of now comes last, and stays. */

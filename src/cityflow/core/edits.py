@@ -16,6 +16,8 @@ from cityflow.core.grid import Bounds
 
 REACH_M = 1.0
 """How far an edit acts beyond its own geometry."""
+SMALLEST_M2 = 2.0
+"""Of a unit, as buildings go: a shed for bicycles has more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +42,19 @@ class SetRoofType:
 
     place: BaseGeometry
     roof_type: str
+
+    def names(self, polygon: Polygon) -> bool:
+        """Whether it is of a unit: its point stands in the outline, or its polygon covers half of it."""
+        if self.place.geom_type == "Point":
+            return bool(shapely.intersects(polygon, self.place))
+        return bool(shapely.intersection(self.place, polygon).area >= 0.5 * polygon.area)
+
+    def may_name(self, bounds: Bounds) -> bool:
+        """Whether it may be of a unit with these bounds: what covers less than half of the smallest building of the box does not."""
+        box = shapely.box(*bounds)
+        if self.place.geom_type == "Point":
+            return bool(shapely.intersects(box, self.place))
+        return bool(shapely.intersection(self.place, box).area >= 0.5 * SMALLEST_M2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +83,7 @@ class Edits:
 
     def roof_type_of(self, polygon: Polygon) -> str:
         """What was set for a unit: by a point in it, or by a polygon over most of it; empty where nothing was, the last where several were."""
-        found = [r.roof_type for r in self.roof_types if _names(r.place, polygon)]
+        found = [r.roof_type for r in self.roof_types if r.names(polygon)]
         return found[-1] if found else ""
 
     @property
@@ -142,10 +157,3 @@ def as_outline(polygon: Polygon) -> Polygon:
     """A drawn polygon as outlines are: flat, exterior counter-clockwise, vertices multiples of 0.1 mm."""
     flat = shapely.transform(shapely.force_2d(polygon), lambda xy: np.round(xy, 4) + 0.0)
     return shapely.orient_polygons(shapely.remove_repeated_points(flat), exterior_cw=False)
-
-
-def _names(place: BaseGeometry, polygon: Polygon) -> bool:
-    """Whether a point stands in the polygon, or a polygon covers half of it."""
-    if place.geom_type == "Point":
-        return bool(shapely.intersects(polygon, place))
-    return shapely.intersection(place, polygon).area >= 0.5 * polygon.area

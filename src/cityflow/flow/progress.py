@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import time
 from collections.abc import Mapping
-from typing import Protocol, TextIO
+from typing import NamedTuple, Protocol, TextIO
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
@@ -107,6 +108,29 @@ class EveryTask(Lines):
             reason = f": {record.reason}" if record.reason else ""
             name = f"{record.stage}-{record.unit}"
             self.message(f"  {name} {record.status}, {record.seconds:.2f} s, {record.peak_mb:.0f} MB{reason}")
+
+
+_ENDED = re.compile(rf"  (\w+)-(.+) ({'|'.join(Status)}), \d+\.\d\d s, \d+ MB(: .*)?")
+
+
+class Ended(NamedTuple):
+    """A task that has ended, as far as its line tells."""
+
+    stage: str
+    unit: str
+    status: Status
+
+
+def ended_task(line: str) -> Ended | None:
+    """What a line of `EveryTask` says of a task; None where it says something else.
+
+    >>> ended_task("  reconstruct-flat red done, 1.25 s, 310 MB")
+    Ended(stage='reconstruct', unit='flat red', status=<Status.DONE: 'done'>)
+    >>> ended_task("reconstruct          1/3  1 done") is None
+    True
+    """
+    found = _ENDED.fullmatch(line.rstrip("\n"))
+    return None if found is None else Ended(found[1], found[2], Status(found[3]))
 
 
 class Bars(Silent):

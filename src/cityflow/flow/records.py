@@ -81,6 +81,15 @@ def read_record(store: Store, stage: str, unit: str, attempt: int) -> Record | N
         return None
 
 
+def newest_file(store: Store, stage: str, unit: str) -> Record | None:
+    """The newest record of a unit that is a file of its own, whether or not a driver has put it in the ledger's index; None where there is none."""
+    names = [
+        p.rsplit("/", 1)[-1].removesuffix(".json") for p in store.find(unit_folder(stage, unit)) if p.endswith(".json")
+    ]
+    newest = max((int(n) for n in names if n.isdecimal()), default=0)
+    return read_record(store, stage, unit, newest)
+
+
 def encode(record: Record) -> bytes:
     """JSON text, one line, keys in the order of the fields; at its end a checksum of all before it."""
     text = _json({name: getattr(record, name) for name in _NAMES}).encode()

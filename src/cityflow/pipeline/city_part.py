@@ -46,7 +46,7 @@ def may_begin_with(stage: str) -> bool:
 
 
 class CityPart:
-    """The tasks that depend on the chosen ones, in the order in which they become ready.
+    """The tasks that depend on the chosen ones, in the order in which they become ready; of one stage those first that were named first.
 
     Parameters
     ----------
@@ -218,8 +218,11 @@ class CityPart:
             t for own in self._tiles for u in city.chosen.get(own, ()) for t in tiles_around(city.survey, city.units[u])
         }
         yield from self.walk.want(self._naming(sorted(around)))
+        rank = {unit: k for k, unit in enumerate(self._chosen.first)}
         known = [node for node in self.chosen if self._is_known(*node)]
-        yield from self.walk.want(sorted(known, key=lambda node: (PLACE_IN_FLOW[node[0]], node[1])))
+        yield from self.walk.want(
+            sorted(known, key=lambda node: (PLACE_IN_FLOW[node[0]], rank.get(node[1], len(rank)), node[1]))
+        )
 
     def _is_known(self, stage: str, unit: str) -> bool:
         city, place = self.city, STAGES[stage].place

@@ -20,10 +20,11 @@ TILES_AROUND = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """Tasks that run again, and where: tile → bounds of what is chosen there, metres."""
+    """Tasks that run again, and where: tile → bounds of what is chosen there, metres; `first`: units in the order in which they were named."""
 
     nodes: frozenset[Node]
     places: Mapping[str, tuple[Bounds, ...]]
+    first: tuple[str, ...] = ()
 
     @property
     def may_rename(self) -> bool:

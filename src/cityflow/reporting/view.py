@@ -96,9 +96,9 @@ class _View:
         sets = yield from self._tilesets()
         rows = self._rows()
         pages = frozenset(self.run.store.find(REPORT_PAGES))
-        entries = yield from ViewTiles(self.run.store, self.records, rows, self.frame, atlas_cell_of, pages).files(
-            self.kept
-        )
+        surface = partial(view_layers.surface_over, self.run.store, self.survey)
+        found = ViewTiles(self.run.store, self.records, rows, self.frame, atlas_cell_of, pages, surface)
+        entries = yield from found.files(self.kept)
         yield MADE, json_bytes(self.kept.note())
         yield CITY, json_bytes(self._city(tiles, sets, entries, rows.ids.keys() - {NO_TILE}))
         attribution = "; ".join(s.attribution for s in self.data.sources if s.attribution)

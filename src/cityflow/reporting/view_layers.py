@@ -1,26 +1,23 @@
-"""The layers of the page that shows a run: points, surface, cut lines, outlines without a model."""
+"""The layers of the page that shows a run: points, surface, outlines without a model; cut lines: `view_cuts`."""
 
 from __future__ import annotations
 
 import io
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import shapely
 
 from cityflow.core.arrays import ByteArray, FloatArray
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid, Tile, tile_at
 from cityflow.core.points import NOISE
-from cityflow.core.splitting import CutLine, Splitting
-from cityflow.errors import CatalogError
+from cityflow.errors import CatalogError, RunError
 from cityflow.flow.store import Store
-from cityflow.flow.task import Record, digest_of
-from cityflow.handover.split_lines import decode_splitting
+from cityflow.flow.task import digest_of
 from cityflow.io.points.las_header import opened
 from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.reporting.view_frame import PageFrame
@@ -39,9 +36,7 @@ MOST_RELIEF_CELLS = 200
 MOST_CELLS = 8_000_000
 """Of the whole city. In a larger one every tile has fewer of them."""
 POINTS_VERSION, RELIEF_VERSION = 3, 1
-CUT_FIGURES = ("vertical", "sloped", "height_step_m", "gap_m", "confidence")
-CUT_FIELDS = ("outline", "kind", "accepted", "from", "to", *CUT_FIGURES)
-ABOVE_ROOF_M, FAILED_HEIGHT_M, BESIDE_M = 0.3, 6.0, 0.1
+FAILED_HEIGHT_M = 6.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +130,15 @@ def most_relief_cells(tiles: int) -> int:
     return min(MOST_RELIEF_CELLS, math.isqrt(MOST_CELLS // max(tiles, 1)))
 
 
+def surface_over(store: Store, survey: Survey, bounds: Bounds) -> tuple[Grid, FloatArray] | None:
+    """Heights of the surface without holes, (rows, cols) world metres, NaN where nothing is known; None where there is no surface."""
+    try:
+        grid, layers = read_layers(store.zarr_store(survey.source.zarr), survey.lattice.grid, bounds, ("dsm_filled",))
+    except (OSError, RunError):
+        return None
+    return grid, np.asarray(layers["dsm_filled"], np.float64)
+
+
 def relief_of(store: Store, survey: Survey, tile: str, most: int, frame: PageFrame) -> Relief | None:
     """A tile's surface on at most `most` cells along its edge, and one row and column of its neighbours, so that tiles meet; None where nothing is known."""
     x_min, y_min, x_max, y_max = survey.lattice.tiles[tile].bounds
@@ -161,51 +165,6 @@ def _relief(heights: FloatArray, grid: Grid, step: int, frame: PageFrame) -> Rel
     right, down = (across - corner) / max(len(x) - 1, 1), (below - corner) / max(len(y) - 1, 1)
     as_pair = [(float(v[0]), float(v[1])) for v in (corner, right, down)]
     return Relief(up.astype("<f4"), *as_pair)
-
-
-@dataclass(frozen=True)
-class Ridges:
-    """How high the roofs beside a line rise."""
-
-    tree: shapely.STRtree
-    heights: FloatArray
-    """Of the highest point of each shape of the tree, world metres."""
-
-    @classmethod
-    def of(cls, rows: Sequence[UnitRow], heights: Mapping[str, tuple[float, float]]) -> Ridges:
-        known = [u for u in rows if u.rings and len(u.rings[0]) > 3 and u.id in heights]
-        return cls(
-            shapely.STRtree([shapely.Polygon(u.rings[0]) for u in known]), np.array([heights[u.id][1] for u in known])
-        )
-
-    def beside(self, line: shapely.LineString, fallback: float) -> float:
-        """The higher roof of those that a line borders or crosses; the nearest one's where it touches none."""
-        if not len(self.heights):
-            return fallback
-        found = self.tree.query(line, predicate="dwithin", distance=BESIDE_M)
-        return float(self.heights[found if len(found) else [self.tree.nearest(line)]].max())
-
-
-def cut_lines(store: Store, records: Iterable[Record], ridges: Ridges, ground: float, frame: PageFrame) -> Json:
-    """Lines that outlines were cut along, and candidates that were not taken, above the higher roof beside them."""
-    made = [(r, p) for r in records for p in r.outputs if p.endswith("split.json")]
-    files = dict(store.read_many([p for _, p in made]))
-    rows = [row for r, p in made for row in _cut_rows(r, decode_splitting(files[p]), ridges, ground, frame)]
-    return {"fields": CUT_FIELDS, "rows": rows}
-
-
-def _cut_rows(
-    record: Record, splitting: Splitting, ridges: Ridges, ground: float, frame: PageFrame
-) -> Iterator[list[Json]]:
-    for is_accepted, lines in ((True, splitting.cut_lines), (False, splitting.rejected)):
-        for cut in lines:
-            height = ridges.beside(cut.line, ground) + ABOVE_ROOF_M
-            ends = frame.plan(shapely.get_coordinates(cut.line)[[0, -1]], height)
-            yield [record.unit, cut.kind, is_accepted, *np.round(ends, 2).tolist(), *_cut_figures(cut)]
-
-
-def _cut_figures(cut: CutLine) -> list[float]:
-    return [round(float(np.nan_to_num(getattr(cut, name))), 3) for name in CUT_FIGURES]
 
 
 def failures(rows: Sequence[UnitRow], ground: float, frame: PageFrame) -> list[dict[str, Json]]:

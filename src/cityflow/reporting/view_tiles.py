@@ -15,7 +15,7 @@ from cityflow.core.verdicts import Verdict
 from cityflow.flow.records import quoted
 from cityflow.flow.store import Store
 from cityflow.flow.task import digest_of
-from cityflow.reporting import view_layers, view_units
+from cityflow.reporting import view_cuts, view_layers, view_units
 from cityflow.reporting.tile_rows import NO_TILE, TileRows, attempts_of
 from cityflow.reporting.unit_pages import page_path
 from cityflow.reporting.view_frame import PageFrame
@@ -27,7 +27,7 @@ from cityflow.viewer.unit_figures import verdicts_of
 from cityflow.viewer.view_page import DATA
 
 Json = Any
-VERSION = 1
+VERSION = 2
 ROOF_M = 6.0
 """Above the ground, where no roof is known."""
 INDEX, TABLES, UNITS, IDS = f"{DATA}/index.json", f"{DATA}/index", f"{DATA}/units", f"{DATA}/ids"
@@ -37,7 +37,7 @@ FIELDS = ("name", "units", *STATES, *VERDICTS, "cuts", "failures", "box")
 
 @dataclass(frozen=True)
 class ViewTiles:
-    """Buildings by their tiles, and what is asked of each: `atlas_cells` by unit; `pages` are those that the report has."""
+    """Buildings by their tiles, and what is asked of each: `atlas_cells` by unit; `pages` are those that the report has; `surface` is what cut lines lie on."""
 
     store: Store
     records: CurrentRecords
@@ -45,6 +45,7 @@ class ViewTiles:
     frame: PageFrame
     atlas_cells: Mapping[str, str]
     pages: Set[str]
+    surface: view_cuts.Surface
 
     def files(self, kept: Kept) -> Files:
         """Table and figures of every tile, the sorted ids of all, the index; returns what is known of each tile, by its name."""
@@ -121,8 +122,8 @@ class ViewTiles:
         self, tile: str, rows: Sequence[UnitRow], heights: Mapping[str, tuple[float, float]], ground: float
     ) -> Json:
         made = self.records.some(split.NAME, self._outlines(tile))
-        ridges = view_layers.Ridges.of(rows, heights)
-        return view_layers.cut_lines(self.store, made, ridges, ground + ROOF_M, self.frame)
+        roofs = view_cuts.Roofs(view_cuts.Ridges.of(rows, heights), ground + ROOF_M, self.surface)
+        return view_cuts.cut_lines(self.store, made, roofs, self.frame)
 
 
 def _index(entries: Mapping[str, Json], first: Sequence[str]) -> Json:

@@ -64,7 +64,7 @@ def part_of(city: City, ledger: Ledger, selection: Selection) -> Chosen | None:
             places[place[0]].append(place[1])
     if not nodes:
         return None
-    return Chosen(frozenset(nodes), {t: tuple(sorted(places[t])) for t in sorted(places)})
+    return Chosen(frozenset(nodes), {t: tuple(sorted(places[t])) for t in sorted(places)}, selection.units)
 
 
 def _recorded(ledger: Ledger, selection: Selection) -> Iterator[Node]:

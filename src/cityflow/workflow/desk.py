@@ -33,6 +33,7 @@ from cityflow.survey.survey import Survey
 from cityflow.viewer.desk_server import Answer, Refusal
 from cityflow.workflow.desk_compare import Others
 from cityflow.workflow.desk_listeners import Listeners
+from cityflow.workflow.desk_models import NewModels
 from cityflow.workflow.desk_pictures import Pictures
 from cityflow.workflow.desk_places import Places, shape_of
 from cityflow.workflow.desk_rerun import Job, Jobs, Stand
@@ -75,9 +76,10 @@ class RunDesk:
         self._lock = threading.RLock()
         self._carried: dict[str, Edit] = {}
         self.warm = Warm(self.options)
+        models = NewModels(lambda: self.run, lambda: self._survey, self.list, lambda m: self.listeners.tell("models", m))  # fmt: skip
         self.jobs = Jobs(
-            self.store, self.warm.begin, lambda job: self.listeners.tell("job", job.as_json()), self._ended, self._shown
-        )
+            self.store, self.warm.begin, lambda job: self.listeners.tell("job", job.as_json()), self._ended, self._shown, models.ended
+        )  # fmt: skip
         self.watch = Watch(
             self.store, self._asked_tiles(), lambda news: self.listeners.tell("watch", news), self._driver_ended, lambda: bool(self.listeners.queues)
         )  # fmt: skip
@@ -248,8 +250,8 @@ class RunDesk:
             self.run = open_run(self.url)
             self.others.forget()
             self.refresh()
-        except (CityflowError, OSError) as error:
-            self.listeners.tell("trouble", {"text": str(error)})
+        except Exception as error:  # noqa: BLE001 - whatever it is, the desk goes on, and people are told
+            self.listeners.tell("trouble", {"text": f"The view is as before ({type(error).__name__}: {error})"})
         self.listeners.tell("changed", {})
 
     def _changed(self, value: Json) -> Json:

@@ -9,11 +9,11 @@ from typing import Any
 import shapely
 from shapely import Polygon
 
-from cityflow.core.edits import REACH_M
+from cityflow.core.edits import REACH_M, SetRoofType
 from cityflow.core.grid import bounds_meet, grown, tile_names_over
 from cityflow.errors import RunError
 from cityflow.flow.ledger import Ledger
-from cityflow.handover.outline_lines import decode_all
+from cityflow.handover.outline_lines import OutlineAt, decode_all
 from cityflow.io.tables.edits_gpkg import CUT_LINES, NO_CUT_LINES, ROOF_TYPES
 from cityflow.io.tables.edits_written import Edit
 from cityflow.reporting.tile_rows import NO_TILE
@@ -42,32 +42,42 @@ class Places:
     def commands(self, edits: Sequence[Edit], chosen: Sequence[str], settings: Sequence[str]) -> list[list[str]]:
         """Options of `cityflow rerun` that carry out edits, and make chosen buildings again with settings.
 
-        An outline that changes concerns its whole tile; digests tell what else has to run, edits of borders and roofs included.
+        An outline that changes concerns its whole tile; digests tell what else has to run, edits of borders and roofs included. Buildings that an edit is
+        of come before those that only stand so near that it might be.
         """
-        tiles, cut, roofs = set[str](), set[str](), set[str]()
+        tiles, cut, roofs = set[str](), set[str](), dict[str, bool]()
         for edit in edits:
             over = self._tiles(edit)
             if edit.layer in (CUT_LINES, NO_CUT_LINES):
                 cut |= {e["id"] for e in self._entries(outline.NAME, over) if _meets(e, edit)}
             elif edit.layer == ROOF_TYPES:
                 named = self._entries(units.NAME, over) or self._entries(outline.NAME, over)
-                roofs |= {e["id"] for e in named if _meets(e, edit)}
+                roof = SetRoofType(edit.shape, edit.value)
+                for e in (e for e in named if roof.may_name(e["bounds"])):
+                    roofs[e["id"]] = roofs.get(e["id"], False) or roof.names(self._shape(e))
             else:
                 tiles |= {t for t in over if self.ledger.has(outline.NAME, t)}
         cut = {o for o in cut if self.ledger.has(split.NAME, o)}
-        roofs = {u for u in roofs if self.ledger.has(reconstruct.NAME, u)}
+        first = sorted((u for u in roofs if self.ledger.has(reconstruct.NAME, u)), key=lambda u: (not roofs[u], u))
         found = []
         if tiles:
-            found.append(_options(outline.NAME, tiles))
+            found.append(_options(outline.NAME, sorted(tiles)))
         else:
             found += [
                 _options(stage, names)
-                for stage, names in ((split.NAME, cut), (reconstruct.NAME, roofs - set(chosen)))
+                for stage, names in (
+                    (split.NAME, sorted(cut)),
+                    (reconstruct.NAME, [u for u in first if u not in chosen]),
+                )
                 if names
             ]
         if chosen:
-            found.append([*_options("", chosen), *settings])
+            found.append([*_options("", sorted(chosen)), *settings])
         return found
+
+    def _shape(self, entry: Mapping[str, Json]) -> Polygon:
+        at = OutlineAt(entry["path"], entry["start"], entry["length"])
+        return at.read(self.run.store).polygon
 
     def _tiles(self, edit: Edit) -> list[str]:
         return tile_names_over(grown(edit.shape.bounds, REACH_M), self.run.workflow.city.tiles.tile_m)
@@ -96,7 +106,7 @@ def _meets(entry: Mapping[str, Json], edit: Edit) -> bool:
 
 def _options(stage: str, names: Iterable[str]) -> list[str]:
     """With the name behind its option: one may begin with a dash."""
-    return [*([f"--stage={stage}"] if stage else []), *(f"--unit={name}" for name in sorted(names))]
+    return [*([f"--stage={stage}"] if stage else []), *(f"--unit={name}" for name in names)]
 
 
 def shape_of(layer: str, rings: Json) -> shapely.Geometry:

@@ -10,9 +10,11 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from functools import partial
+from typing import Any, TypeVar
 
 from cityflow.flow.exclusive import is_held
+from cityflow.flow.progress import Ended, ended_task
 from cityflow.flow.store import Store
 from cityflow.workflow.run_part import SHOWN
 
@@ -22,6 +24,7 @@ PATIENCE_S = 20.0
 """How long a rerun may take to stop."""
 
 Json = Any
+T = TypeVar("T")
 
 
 class Stand(StrEnum):
@@ -68,14 +71,15 @@ class Job:
 
 @dataclass
 class Jobs:
-    """The queue. `begin` starts `cityflow` with some words; `tell` hears of every change of a job, `ended` of its end before that is told, `shown` that the
-    view shows what was made."""
+    """The queue. `begin` starts `cityflow` with some words; `tell` hears of every change of a job, `ended` of its end before that is told, `made` of every task
+    that has ended, `shown` that the view shows what was made. What one of them raises is told in the job, and the queue goes on."""
 
     store: Store
     begin: Callable[[Sequence[str]], subprocess.Popen[str]]
     tell: Callable[[Job], None]
     ended: Callable[[Job], None]
     shown: Callable[[], None] = lambda: None
+    made: Callable[[Ended], None] = lambda _: None
     jobs: list[Job] = field(default_factory=list)
     _lock: threading.Condition = field(default_factory=threading.Condition)
     _process: subprocess.Popen[str] | None = None
@@ -139,20 +143,32 @@ class Jobs:
             codes = [self._run(job, command, begun) for command in job.commands]
             job.seconds = time.monotonic() - begun
             job.stand = Stand.FAILED if any(codes) else Stand.DONE
-            self.ended(job)
+            self._tried(job, partial(self.ended, job))
             self.tell(job)
 
     def _run(self, job: Job, command: Sequence[str], begun: float) -> int:
-        """Exit code of one process; what it prints is told line by line."""
-        process = self.begin(["rerun", self.store.root, *command, "--verbose"])
+        """Exit code of one process, 1 where it cannot begin; what it prints is told line by line."""
+        process = self._tried(job, lambda: self.begin(["rerun", self.store.root, *command, "--verbose"]))
+        if process is None:
+            return 1
         with self._lock:
             self._process = process
         assert process.stdout is not None
         for line in process.stdout:
+            if (task := ended_task(line)) is not None:
+                self._tried(job, partial(self.made, task))
             if line.strip():
                 job.lines.append(line.rstrip())
                 job.seconds = time.monotonic() - begun
                 self.tell(job)
             if line.strip() == SHOWN:
-                self.shown()
+                self._tried(job, self.shown)
         return process.wait()
+
+    def _tried(self, job: Job, action: Callable[[], T]) -> T | None:
+        """What an action gives; None where it raises anything: a queue that ends would leave every later rerun waiting."""
+        try:
+            return action()
+        except Exception as error:  # noqa: BLE001 - whatever it is, the queue goes on, and people are told
+            job.lines.append(f"{type(error).__name__}: {error}")
+            return None

@@ -1,12 +1,11 @@
 // Another state of the city beside that of now: both in one scene, parted by a slider, with a table of their differences.
-import { BufferAttribute, BufferGeometry, DoubleSide, Group, Mesh, MeshBasicMaterial, Vector3 } from 'three';
+import { Group, Vector3 } from 'three';
 import { words } from '../attributes.js';
 import { City } from '../city.js';
 import { VERDICT } from '../colours.js';
 import { json } from '../data.js';
 import { byId, centimetres, element, say } from '../elements.js';
-import { creasesOf, disposed } from '../highlight.js';
-import { toLinear } from '../layers.js';
+import { forgotten, plainModel } from '../plain.js';
 import { Units } from '../units.js';
 import { isTyping } from './before.js';
 import { attempt } from './desk.js';
@@ -15,7 +14,6 @@ const METHOD = 'method ';
 const STEP = 0.02;
 const MOST_TILES = 64;
 const MOST_ROWS = 500;
-const LIGHT = new Vector3(-0.6, -0.45, 0.66).normalize();
 
 export class Compare {
   constructor(page, root) {
@@ -91,6 +89,7 @@ export class Compare {
 
   async open(key) {
     this.leave();
+    this.page.before.leave();
     this.key = this.choice.value = key;
     if (!key) return;
     this.reading += 1;
@@ -139,7 +138,7 @@ export class Compare {
     for (const { name } of near) {
       const models = await this.page.desk.get('former', { of: key, tile: name });
       if (this.key !== key) return;
-      this.group.add(...models.map(drawn));
+      this.group.add(...models.map(plainModel));
     }
     city.stage.changed();
   }
@@ -149,7 +148,7 @@ export class Compare {
     const { models, what } = await this.page.desk.get('candidate', { unit: id, method });
     if (this.key !== METHOD + method) return;
     this.#group('chosen');
-    this.group.add(...models.map(drawn));
+    this.group.add(...models.map(plainModel));
     this.#part(words(method));
     this.told.textContent = `${words(method)} on the left, the model that was kept on the right${what ? `: from the one to the other ${what}` : '; they differ by less than a change counts'}.`;
   }
@@ -187,7 +186,7 @@ export class Compare {
     if (this.other) this.other.end();
     if (this.group) {
       stage.scene.remove(this.group);
-      for (const mesh of this.group.children) disposed(mesh.userData.parts);
+      forgotten(this.group.children);
     }
     if (this.show) {
       city.without(null);
@@ -256,29 +255,3 @@ export class Compare {
 }
 
 const signed = (value, digits) => (value === null || value === undefined ? '' : `${value >= 0 ? '+' : '−'}${Math.abs(value).toFixed(digits)}`);
-
-/** A model from triangles of the page's frame, each of one colour, with the light of the city. */
-function drawn({ corners, colours }) {
-  const origin = corners.slice(0, 3);
-  const places = new Float32Array(corners.length);
-  corners.forEach((v, i) => (places[i] = v - origin[i % 3]));
-  const shades = new Uint8Array(corners.length);
-  const [a, b, c] = [new Vector3(), new Vector3(), new Vector3()];
-  for (let t = 0; 9 * t < places.length; t += 1) {
-    [a, b, c].forEach((corner, k) => corner.fromArray(places, 9 * t + 3 * k));
-    const up = b.sub(a).cross(c.sub(a)).normalize();
-    const light = 0.42 + 0.62 * Math.max(0, 0.25 + 0.75 * up.dot(LIGHT));
-    for (let i = 0; i < 9; i += 1) shades[9 * t + i] = Math.min(255, light * colours[3 * t + (i % 3)]);
-  }
-  const geometry = new BufferGeometry();
-  geometry.setAttribute('position', new BufferAttribute(places, 3));
-  geometry.setAttribute('color', new BufferAttribute(shades, 3, true));
-  const material = new MeshBasicMaterial({ vertexColors: true, side: DoubleSide });
-  toLinear(material);
-  const mesh = new Mesh(geometry, material);
-  const creases = creasesOf(geometry);
-  mesh.add(creases);
-  mesh.position.set(...origin);
-  mesh.userData.parts = { children: [{ geometry, material }, { geometry: creases.geometry, material: { dispose: () => {} } }] };
-  return mesh;
-}

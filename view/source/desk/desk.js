@@ -48,6 +48,7 @@ export async function wireDesk(desk, page) {
   };
   desk.listen({
     job: (job) => desk.reruns.told(job), state: () => attempt(() => desk.refresh()), watch: (news) => desk.watch.told(news),
+    models: (news) => arrived(page, news),
     changed: () => (renewal = renewal.then(() => attempt(() => renew(page)))), trouble: ({ text }) => say(text),
   });
   await Promise.all([desk.refresh(), desk.review.read(), desk.watch.read(), page.compare.read()]);
@@ -74,13 +75,25 @@ export async function attempt(action) {
   }
 }
 
+/** What a task of a rerun has made stands in the scene before its texture and the files of its tile are there. */
+function arrived({ city, before }, { models, without }) {
+  city.add(models, without);
+  before.allow();
+  const names = models.map(({ id }) => id);
+  say(names.length ? `${names.join(', ')} has a new model; its texture follows.` : `${without.join(', ')}: its model is gone.`);
+}
+
 /** The run has other models now: tables, tiles and layers are read again, and the camera stays where it is. */
 export async function renew(page) {
   const { index, city, layers, panel, desk } = page;
   forget();
   const [about, root] = await Promise.all([json('data/city.json'), json('data/index.json')]);
   // a driver that has ended is told of more than once
-  if (about.state === page.about.state) return desk.refresh();
+  if (about.state === page.about.state) {
+    if (!desk.reruns.isAtWork) city.dropRenewed();
+    page.before.allow();
+    return desk.refresh();
+  }
   page.photograph.leave();
   page.compare.leave();
   Object.assign(page.about, about);
@@ -93,5 +106,5 @@ export async function renew(page) {
     else panel.wired.onclose();
   }
   byId('subtitle').textContent = about.verdict;
-  return say('The new models are shown; b compares them with those of before.');
+  return say('The new models are shown; v shows those of before beside them.');
 }

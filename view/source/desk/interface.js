@@ -25,7 +25,7 @@ export class Interface {
     for (const told of this.onstate) told(this.state);
   }
 
-  /** Hear of `job`, `state`, `changed`, `watch`, `trouble`; after an interruption all is read again. */
+  /** Hear of `job`, `state`, `models`, `changed`, `watch`, `trouble`; after an interruption all is read again. */
   listen(handlers) {
     const source = new EventSource('../desk/events');
     for (const [name, handler] of Object.entries(handlers)) source.addEventListener(name, (event) => handler(JSON.parse(event.data)));

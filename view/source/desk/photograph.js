@@ -48,6 +48,7 @@ export class Photograph {
     if (!part) return;
     this.picture.src = `../desk/photograph.jpg?${new URLSearchParams(query)}`;
     await this.picture.decode().catch(() => say(`${image} cannot be shown.`));
+    this.page.before.leave();
     if (!this.shown) Object.assign(this, { back: stage.place, overlays: [] });
     this.shown = part;
     this.text.textContent = `${image}${share === null ? '' : `, ${percent(share)} of its texture`} (${this.at + 1} of ${this.names.length})`;
@@ -72,6 +73,7 @@ export class Photograph {
     stage.camera.matrixAutoUpdate = true;
     delete stage.camera.updateProjectionMatrix;
     for (const { mesh } of city.meshes()) mesh.material.colorWrite = true;
+    for (const mesh of city.renewed.group.children) mesh.material.colorWrite = mesh.children[0].visible = true;
     city.colourBy(city.mode);
     for (const group of this.overlays) group.visible = true;
     stage.look(this.back.slice(0, 3), this.back.slice(3));
@@ -119,5 +121,6 @@ export class Photograph {
       mesh.material.colorWrite = false;
       for (const lines of model.creases ?? []) lines.visible = false;
     }
+    for (const mesh of this.page.city.renewed.group.children) mesh.material.colorWrite = mesh.children[0].visible = false;
   }
 }

@@ -44,6 +44,10 @@ export class Reruns {
     say(this.page.desk.state.pending ? 'The edit is taken back; a rerun makes the model that was.' : 'The edit is taken back.');
   }
 
+  get isAtWork() {
+    return [...this.jobs.values()].some(({ stand }) => stand === 'at work');
+  }
+
   /** News of a job. */
   told(job) {
     this.jobs.set(job.number, job);

@@ -27,7 +27,7 @@ export class Review {
     this.more = element('button', { type: 'button', hidden: true, onclick: () => this.#longer() }, 'More');
     root.append(
       element('div', { class: 'filters' }, this.state, this.tile, this.method, this.reason), this.count,
-      element('div', { class: 'row' }, element('button', { type: 'button', title: 'The one before (key: p)', onclick: () => this.step(-1) }, 'Previous'), element('button', { type: 'button', id: 'desk-next', title: 'The next one (key: n)', onclick: () => this.step(1) }, 'Next'), page.before.button),
+      element('div', { class: 'row' }, element('button', { type: 'button', title: 'The one before (key: p)', onclick: () => this.step(-1) }, 'Previous'), element('button', { type: 'button', id: 'desk-next', title: 'The next one (key: n)', onclick: () => this.step(1) }, 'Next'), page.before.button, page.before.both),
       this.list, this.more,
     );
     page.desk.onstate.push(() => this.#filter());

@@ -68,9 +68,8 @@ class RefusedInputs(TaskInputs):
 def task(survey: Survey, unit: UnitEntry, shown: Photographs) -> Task:
     """One building."""
     source = survey.source_attributes(grown(unit.bounds, WALL_MARGIN_M))
-    near = survey.edits.within(unit.bounds)
     depends_on, evidence = evidence_of(survey, unit)
-    roofs = Edits(roof_types=near.roof_types) if len(near) else near
+    roofs = Edits(roof_types=tuple(r for r in survey.edits.roof_types if r.may_name(unit.bounds)))
     return KIND.task(
         unit.id, parameters=as_json(_parameters(survey, unit.id)),
         inputs={"outline": unit.digest, **depends_on, **shown.inputs, "source": digest_of(source),
