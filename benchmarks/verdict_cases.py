@@ -163,7 +163,7 @@ def case_of(town: Town, survey: Survey, unit: Unit, near: list[Unit], faults: Fa
         walls=walls.take(shapely.dwithin(shapely.points(walls.xyz[:, :2]), outline, AROUND_M)),
     )  # fmt: skip
     truth = [] if spoil in ("crown only", "ground for roof") else [unit]
-    return Case(unit.id, spoil, density, evidence, _parameters(spoil, rng), true_places(truth, outline, near))
+    return Case(unit.id, spoil, density, evidence, parameters_of_spoil(spoil, rng), true_places(truth, outline, near))
 
 
 def _window(heights: HeightRaster, outline: Polygon) -> HeightRaster:
@@ -278,7 +278,8 @@ def _party(outline: Polygon, others: list[Unit]) -> tuple[shapely.LineString, ..
     return tuple(p for g in lines for p in shapely.get_parts(g) if isinstance(p, shapely.LineString) and p.length > 0.5)
 
 
-def _parameters(spoil: str, rng: np.random.Generator) -> ModelParameters:
+def parameters_of_spoil(spoil: str, rng: np.random.Generator) -> ModelParameters:
+    """What a model is made with, so that it is flattened or lacks planes; else as usual."""
     usual = ModelParameters(with_overhangs=False)
     if spoil == "flattened":
         return usual.model_copy(update={"methods": ("extruded",)})
