@@ -21,7 +21,7 @@ EAST = LocalFrame(
     "east_45", np.array([[0.0, 1, 0], [-np.sqrt(0.5), 0, np.sqrt(0.5)], [np.sqrt(0.5), 0, np.sqrt(0.5)]]), np.zeros(3)
 )
 X, Y, GROUND, EAVES = 100.0, 200.0, 2.0, 8.0
-CELL_M = 0.3
+CELL_M = 0.2
 
 
 def _wavy(vertices: int) -> Polygon:

@@ -10,7 +10,7 @@ from shapely import LineString, Polygon, box
 from cityflow.splitting.borders.border_position import edge_position
 from cityflow.splitting.cuts.cut_chords import line_at, off_corners
 from cityflow.splitting.cuts.cuts import maxima
-from cityflow.splitting.scores.medians import block_medians
+from cityflow.splitting.scores.medians import medians_beside
 from cityflow.splitting.strips.axis_strips import axis_strips
 
 
@@ -76,7 +76,9 @@ def test_ends_on_corners_move_onto_a_wall() -> None:
 
 def test_block_medians_are_numpy_s() -> None:
     image = np.random.default_rng(1).integers(0, 255, (40, 30, 3)).astype(np.float32)
-    found = block_medians(image, (4, 21), np.array([0, 10, 30]), 0.1)
+    found = medians_beside(image, np.array([[4, 21]]), np.array([0, 10, 30]), 0.1)[0]
     assert found.shape == (2, 3)
     assert found[1, 2] == pytest.approx(np.median(image[4:21, 10:30, 2]), abs=1.5)
-    assert np.isnan(block_medians(np.full((4, 4, 1), np.nan, np.float32), (0, 4), np.array([0, 4]), 0.1)).all()
+    assert np.isnan(
+        medians_beside(np.full((4, 4, 1), np.nan, np.float32), np.array([[0, 4]]), np.array([0, 4]), 0.1)
+    ).all()

@@ -6,6 +6,7 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.splitting.borders.roof_marks import RoofMarks
+from cityflow.splitting.scores.medians import middle_of_known
 from cityflow.splitting.strips.axis_strips import AxisStrip
 
 REACH_M = 0.9
@@ -72,7 +73,7 @@ def edge_position(share: FloatArray, u: FloatArray, u_0: float) -> float | None:
     if known.sum() < 4:
         return None
     column = np.zeros(len(part))
-    column[known] = np.nanmedian(part[known], axis=1)
+    column[known] = middle_of_known(part[known].T)
     below = np.concatenate([[0.0], np.cumsum(column)])
     k = int(np.argmin(below))
     if k in (0, len(column)):

@@ -9,6 +9,7 @@ import numpy as np
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.splitting.borders.border_position import REACH_M, edge_position, roof_position
 from cityflow.splitting.scores.border_sides import DARK
+from cityflow.splitting.scores.medians import middle_of_known
 from cityflow.splitting.scores.score import Score
 from cityflow.splitting.scores.score_colour import Change
 from cityflow.splitting.strips.strip_evidence import StripEvidence, at_stations
@@ -59,7 +60,7 @@ def _row_levels(part: Float32Array) -> FloatArray:
     """(Z, C) median over columns; NaN where hardly anything is known."""
     result = np.full(part.shape[1:], np.nan)
     known = np.isfinite(part[..., 0]).sum(axis=0) >= max(0.3 * len(part), 2)
-    result[known] = np.nanmedian(part[:, known], axis=0)
+    result[known] = middle_of_known(part[:, known])
     return result
 
 

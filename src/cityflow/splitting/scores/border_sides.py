@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import Float32Array, FloatArray, IntArray
-from cityflow.splitting.scores.medians import block_medians
+from cityflow.splitting.scores.medians import medians_beside
 
 DARK = 10.0
 """Levels below which differences drown in noise."""
+LEAST_KNOWN = 0.1
+"""Share of a block of one side from which it has a level."""
 SHARP_SHARE = (0.35, 0.65)
 """Share of a façade's height at which its colour changes just there: below the first it does not count, above the second wholly."""
 
@@ -48,6 +50,5 @@ def change_across(
     after = np.searchsorted(at, [u + guard, min(sides.right - guard, u + side)])
     if before[1] - before[0] < 2 or after[1] - after[0] < 2:
         return np.full((len(edges) - 1, image.shape[2]), np.nan)
-    low = block_medians(image, (int(before[0]), int(before[1])), edges, 0.1).astype(np.float64)
-    high = block_medians(image, (int(after[0]), int(after[1])), edges, 0.1).astype(np.float64)
+    low, high = medians_beside(image, np.stack([before, after]), edges, LEAST_KNOWN)
     return np.asarray((high - low) / (0.5 * (high + low) + DARK))

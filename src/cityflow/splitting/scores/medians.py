@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.kernels import njit
 
 BINS = 256
@@ -15,6 +15,13 @@ def lower_median(values: FloatArray, known: BoolArray) -> FloatArray:
     ordered, number = np.sort(np.where(known, values, np.inf), axis=-1), known.sum(axis=-1)
     middle = np.take_along_axis(ordered, np.maximum(number - 1, 0)[..., None] // 2, axis=-1)[..., 0]
     return np.where(number > 0, middle, np.nan)
+
+
+def middle_of_known(values: FloatArray | Float32Array) -> FloatArray:
+    """(N, …) → (…,) medians of what is known, as `np.nanmedian` has them, in a third of its time for few rows."""
+    ordered, number = np.sort(values, axis=0), np.isfinite(values).sum(axis=0)[None]
+    low, high = (np.take_along_axis(ordered, np.maximum(k, 0), axis=0)[0] for k in ((number - 1) // 2, number // 2))
+    return np.where(number[0] > 0, (low + high) / 2, values.dtype.type(np.nan))
 
 
 @njit(cache=True, nogil=True)
@@ -29,21 +36,28 @@ def _median(histogram: np.ndarray, total: int) -> float:
 
 
 @njit(cache=True, nogil=True)
-def block_medians(image: Float32Array, columns: tuple[int, int], edges: np.ndarray, share: float) -> Float32Array:
-    """(U, Z, C) levels → (B, C) medians of the blocks columns × rows edges[b] … edges[b + 1]; NaN where less than `share` is known."""
+def medians_beside(image: Float32Array, columns: IntArray, edges: IntArray, share: float) -> FloatArray:
+    """(U, Z, C) levels → (N, B, C) medians of the blocks columns n × rows edges[b] … edges[b + 1]; NaN where less than `share` is known.
+
+    Parameters
+    ----------
+    columns : (N, 2) first of each block, and the one behind its last
+    """
     bands, channels = len(edges) - 1, image.shape[2]
-    result = np.full((bands, channels), np.nan, np.float32)
-    for b in range(bands):
-        cells = (columns[1] - columns[0]) * (edges[b + 1] - edges[b])
-        for c in range(channels):
-            histogram = np.zeros(BINS, np.int64)
-            total = 0
-            for k in range(columns[0], columns[1]):
-                for z in range(edges[b], edges[b + 1]):
-                    value = image[k, z, c]
-                    if np.isfinite(value):
-                        histogram[min(max(int(value), 0), BINS - 1)] += 1
-                        total += 1
-            if total > 0 and total >= share * cells:
-                result[b, c] = _median(histogram, total)
+    result = np.full((len(columns), bands, channels), np.nan)
+    for n in range(len(columns)):
+        first, end = columns[n]
+        for b in range(bands):
+            cells = (end - first) * (edges[b + 1] - edges[b])
+            for c in range(channels):
+                histogram = np.zeros(BINS, np.int64)
+                total = 0
+                for k in range(first, end):
+                    for z in range(edges[b], edges[b + 1]):
+                        value = image[k, z, c]
+                        if np.isfinite(value):
+                            histogram[min(max(int(value), 0), BINS - 1)] += 1
+                            total += 1
+                if total > 0 and total >= share * cells:
+                    result[n, b, c] = np.float32(_median(histogram, total))
     return result

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
-from cityflow.splitting.scores.border_sides import Sides, change_across
+from cityflow.splitting.scores.border_sides import DARK, LEAST_KNOWN
+from cityflow.splitting.scores.medians import medians_beside, middle_of_known
 from cityflow.splitting.strips.strip_rasters import FacadeRaster, RoofRaster
 
 BANDS = 8
@@ -49,7 +50,7 @@ def roof_changes(roof: RoofRaster, stations: FloatArray, window_m: float, guard_
     bands = _along(roof.colour, roof.u, stations, bands_of(inside), (window_m, guard_m))
     enough = np.isfinite(bands).all(axis=2).sum(axis=1) >= BANDS // 2
     signed = np.full((len(stations), bands.shape[2]), np.nan)
-    signed[enough] = np.nanmedian(bands[enough], axis=1)
+    signed[enough] = middle_of_known(bands[enough].swapaxes(0, 1))
     return _judged(signed, roof.u, roof.colour)
 
 
@@ -74,7 +75,13 @@ def _along(
     image: Float32Array, u: FloatArray, stations: FloatArray, edges: IntArray, reach: tuple[float, float]
 ) -> FloatArray:
     """(S, B, C) relative change from before to after each station; NaN where either is unknown."""
-    return np.stack([change_across(image, u, float(s), Sides(-np.inf, np.inf), edges, reach) for s in stations])
+    side, guard = reach
+    ends = np.searchsorted(u, stations[:, None] + np.array([-side, -guard, guard, side]))
+    sides = (np.ascontiguousarray(ends[:, of]) for of in (slice(2), slice(2, 4)))
+    low, high = (medians_beside(image, columns, edges, LEAST_KNOWN) for columns in sides)
+    change = (high - low) / (0.5 * (high + low) + DARK)
+    change[(ends[:, [1, 3]] - ends[:, [0, 2]] < 2).any(axis=1)] = np.nan
+    return np.asarray(change)
 
 
 def _judged(signed: FloatArray, u: FloatArray, image: Float32Array) -> Change:

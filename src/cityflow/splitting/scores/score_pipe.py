@@ -9,6 +9,7 @@ from scipy.ndimage import maximum_filter1d
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.splitting.scores.border_sides import DARK
+from cityflow.splitting.scores.medians import middle_of_known
 from cityflow.splitting.strips.axis_strips import AxisStrip
 from cityflow.splitting.strips.strip_rasters import FacadeRaster
 
@@ -62,7 +63,7 @@ def stripe_contrast(grey: Float32Array) -> FloatArray:
     if not height.any():
         return result
     enough = known.sum(axis=1) >= LEAST_HEIGHT * float(np.quantile(height[height > 0], 0.8))
-    result[enough] = np.nanmedian(both[enough], axis=1)
+    result[enough] = middle_of_known(both[enough].T)
     return result
 
 

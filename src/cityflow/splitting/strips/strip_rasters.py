@@ -13,6 +13,7 @@ from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.splitting import FrameRasters
+from cityflow.splitting.scores.medians import middle_of_known
 from cityflow.splitting.strips.axis_strips import AxisStrip
 
 FACADE_BAND_M = (1.2, 0.6)
@@ -126,15 +127,8 @@ def eaves(strip: AxisStrip, roof: RoofRaster) -> tuple[FloatArray, FloatArray]:
         reach = np.arange(0.15, 0.75, max(cell, 0.1))
         v = end[:, None] + inward * reach[None, :]
         col = np.clip(np.round((v - roof.v[0]) / cell).astype(np.int64), 0, len(roof.v) - 1)
-        result.append(_nanmedian(roof.height[at[:, None], col]))
+        result.append(middle_of_known(roof.height[at[:, None], col].T).astype(np.float64))
     return result[0], result[1]
-
-
-def _nanmedian(values: FloatArray) -> FloatArray:
-    known = np.isfinite(values).any(axis=1)
-    result = np.full(len(values), np.nan)
-    result[known] = np.nanmedian(values[known], axis=1)
-    return result
 
 
 @dataclass(frozen=True, slots=True)
