@@ -25,7 +25,7 @@ from cityflow.reconstruction.solids.touching_rings import pulled_apart
 from cityflow.reconstruction.solids.wall_merging import Wall, merge_walls
 
 MIN_HEIGHT = 0.5
-"""Where a roof would come nearer to the floor than this (m) it is laid level at this height; set by hand."""
+"""Where a roof would come nearer to the floor than this (m) it is cut and laid level at this height, or, where no cut is possible, at its mean; set by hand."""
 
 STRAIGHT = 5e-4
 """A corner of two faces only that lies this near (m) to the line between its neighbours is left out."""
