@@ -83,13 +83,13 @@ def pytest_sessionfinish(session: pytest.Session) -> Iterator[None]:
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Name the groups that were skipped for lack of a tool."""
-    lines = list(missing_tools(_reasons(terminalreporter)))
+    lines = list(missing_tools(map(reason, terminalreporter.stats.get("skipped", []))))
     if lines:
         terminalreporter.section("skipped for lack of a tool", yellow=True)
         for line in lines:
             terminalreporter.write_line(line)
 
 
-def _reasons(terminalreporter: pytest.TerminalReporter) -> Iterator[str]:
-    for report in terminalreporter.stats.get("skipped", []):
-        yield report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)
+def reason(report: pytest.TestReport) -> str:
+    """Of a skip."""
+    return report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)

@@ -8,6 +8,10 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import execnet
+import pytest
+
+from conftest import reason
 from missing_tools import TOOLS, missing_tools
 
 HERE = Path(__file__).parent
@@ -47,7 +51,7 @@ def test_all_is_there() -> None:
 
 
 def test_a_test_run_says_in_the_end_what_it_skipped(tmp_path: Path) -> None:
-    """Also where it is quiet and several processes share the tests."""
+    """Also where it is quiet."""
     for name in ("conftest.py", "made_once.py", "missing_tools.py", "shared_processes.py"):
         shutil.copy(HERE / name, tmp_path / name)
     (tmp_path / "test_it.py").write_text(
@@ -59,10 +63,22 @@ def test_a_test_run_says_in_the_end_what_it_skipped(tmp_path: Path) -> None:
     )
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "xdist.plugin", "-p", "no:cacheprovider", "--rootdir", str(tmp_path), "-q", "-n", "2", "."],
+        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "--rootdir", str(tmp_path), "-q", "."],
         cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     said = done.stdout.split("skipped for lack of a tool")[1].splitlines()[1:]
     assert said[0].startswith(f"{TOOLS[0].name}: 2 tests skipped; not checked: {TOOLS[0].unchecked}")
     assert not [line for line in said if line.startswith(TOOLS[1].name)]
+
+
+def test_a_skip_in_another_process_has_its_reason(pytestconfig: pytest.Config) -> None:
+    """Several processes share the tests: what they report travels as plain values."""
+    sent = pytest.TestReport(
+        "a.py::test", ("a.py", 1, "test"), {}, "skipped", ("a.py", 1, "Skipped: no Chromium here"), "setup"
+    )
+    plain = execnet.loads(
+        execnet.dumps(pytestconfig.hook.pytest_report_to_serializable(config=pytestconfig, report=sent))
+    )
+    back = pytestconfig.hook.pytest_report_from_serializable(config=pytestconfig, data=plain)
+    assert list(missing_tools([reason(back)])) == list(missing_tools(["no Chromium here"])) != []
