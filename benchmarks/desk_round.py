@@ -1,9 +1,10 @@
-"""A round at the desk as a person makes it, with its times: python benchmarks/desk_round.py RUN [--rounds 3] [--workers 1] [--pictures FOLDER]
+"""A round at the desk as a person makes it, with its times: python benchmarks/desk_round.py RUN [--rounds 3] [--workers 1] [--look 0] [--pictures FOLDER]
 
 RUN is a finished one with photographs, such as the demonstration's flight. The desk is opened by its command, and a Chromium without a screen goes to it:
 the first paint; the worst building that has a model; its photograph; another roof type, rerun, the new model; before and now side by side; undo,
 rerun, the model that was. Keys and buttons are pressed as a person would press them. RUN ends as it was. Of every part the time of the clock, and the
 processor time of all its processes, since machines have other work; the seconds of its reconstruction are a building's own time.
+With --look, the person looks at the worst building for so many seconds before the first correction; the desk prepares its first rerun meanwhile.
 """
 
 from __future__ import annotations
@@ -188,6 +189,7 @@ def main() -> None:
     parser.add_argument("run", type=Path)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--look", type=float, default=0.0)
     parser.add_argument("--pictures", type=Path)
     chosen = parser.parse_args()
     print(f"load {os.getloadavg()[0]:.1f}", flush=True)
@@ -207,6 +209,7 @@ def main() -> None:
             print(f"the worst with a model: {row['id']}, {row['status']}, {row['verdict']}: {row['reason']}")
             picture = None if chosen.pictures is None else chosen.pictures / "photograph.png"
             print("in its photograph {} after {}".format(*desk.photograph(row["id"], picture)), flush=True)
+            time.sleep(chosen.look)
             for number in range(chosen.rounds):
                 walked(desk, row["id"], chosen.pictures if not number else None)
         finally:

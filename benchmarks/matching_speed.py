@@ -25,7 +25,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from cityflow.flow.sandbox import KEPT_HEAP
+from cityflow.flow.child_environment import KEPT_HEAP
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.matching.match import MatchParameters

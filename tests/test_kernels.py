@@ -116,6 +116,29 @@ def more(typing, x):
         assert loaded(tmp_path) == (2 * (1 + step), kept)
 
 
+def test_what_the_cache_has_is_loaded_before_the_first_call(tmp_path: Path) -> None:
+    head = "from cityflow.core.kernels import njit\n\n@njit(cache=True)\ndef twice(x):\n    return {} * x\n"
+    begin = "import sys; sys.dont_write_bytecode = True; from cityflow.core.kernels import load_cached; from called import twice; "
+    known = (
+        "print(load_cached(), len(twice.signatures), twice.stats.cache_hits.total(), twice.stats.cache_misses.total())"
+    )
+
+    def said(words: str) -> str:
+        path = f"{PACKAGE.parent}{os.pathsep}{tmp_path}"
+        return subprocess.run(
+            [sys.executable, "-c", begin + words],
+            env={**os.environ, "PYTHONPATH": path}, cwd=tmp_path, capture_output=True, text=True, check=True,
+        ).stdout.strip()  # fmt: skip
+
+    (tmp_path / "called.py").write_text(head.format(2))
+    assert said(known) == "0 0 0 0", "nothing is kept yet"
+    assert said("print(twice(1), twice(1.5))") == "2 3.0"
+    assert said(known) == "2 2 2 0", "both kinds of argument, and nothing compiled"
+    assert said(f"{known}; print(twice(2.5), load_cached())") == "2 2 2 0\n5.0 0"
+    (tmp_path / "called.py").write_text(head.format(3))
+    assert said(known) == "0 0 0 0", "the code of before is no longer that of the kernel"
+
+
 @njit(cache=False)  # type: ignore[untyped-decorator]
 def halved(x: float, often: int, whole: bool) -> float:
     for _ in range(often):

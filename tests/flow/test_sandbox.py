@@ -234,3 +234,23 @@ def assert_gone(pid: int, within_s: float = 60.0) -> None:
     while psutil.pid_exists(pid) and psutil.Process(pid).status() != psutil.STATUS_ZOMBIE:
         assert time.monotonic() < deadline, f"process {pid} still lives"
         time.sleep(0.05)
+
+
+def test_a_child_is_made_ready_once_and_runs_the_task_then(store: Store) -> None:
+    sandbox = Sandbox()
+    try:
+        assert sandbox.prepare("flow.toy_stages:square")
+        child = sandbox.pid
+        assert child is not None
+        spent = sum(psutil.Process(child).cpu_times()[:2])
+        assert sandbox.prepare("flow.toy_stages:square")
+        assert sum(psutil.Process(child).cpu_times()[:2]) == spent, "it was ready"
+        assert sandbox.run(store, toy("u", "scheduled")).outcome.result == {"policy": os.SCHED_OTHER}
+        assert sandbox.pid == child
+        assert not sandbox.prepare("no_such_module:square")
+        assert sandbox.run(store, toy("u", "square", arguments={"number": 4})).outcome.result == {"square": 16}
+        sandbox.close()
+        assert sandbox.prepare("flow.toy_stages:square")
+        assert sandbox.pid not in (None, child)
+    finally:
+        sandbox.close()

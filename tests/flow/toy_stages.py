@@ -37,6 +37,11 @@ def square(workspace: Workspace, task: Task) -> Outcome:
     return workspace.outcome(result={"square": number**2})
 
 
+def scheduled(workspace: Workspace, task: Task) -> Outcome:
+    """How the system schedules the thread that runs a task."""
+    return workspace.outcome(result={"policy": os.sched_getscheduler(0)})
+
+
 def degraded(workspace: Workspace, task: Task) -> Outcome:
     return workspace.outcome(Status.DEGRADED, "too few points")
 

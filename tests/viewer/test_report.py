@@ -126,6 +126,12 @@ def test_roofs_are_said_in_words(small_town: ReportData) -> None:
     assert not page_of(empty()).xpath("//*[@id='roofs']")
 
 
+def test_one_roof_that_overhangs_is_said_as_one(small_town: ReportData) -> None:
+    one = next(replace(u, reaches_m=(0.25,)) for u in small_town.units if u.method)
+    text = page_of(replace(small_town, units=(one,))).get_element_by_id("roofs").text_content()
+    assert "The roof of 1 building reaches beyond its walls: an eave or a verge, by 25.0 cm." in text
+
+
 def test_edits_without_effect_are_listed(small_town: ReportData) -> None:
     text = page_of(small_town).get_element_by_id("todo").text_content()
     assert "Edits without effect" in text

@@ -20,6 +20,8 @@ from numba.extending import _Intrinsic
 CONSTANTS = (int, float, str, tuple)
 NAMES = "numbers by process"
 """How machine code is named; part of every cached kernel's stamp."""
+_CACHED: list[Any] = []
+"""Kernels of this process whose machine code is kept on disk."""
 
 
 def _count_from_elsewhere() -> None:
@@ -51,9 +53,22 @@ def njit(**options: Any) -> Any:
             kept = kernel._cache._cache_file
             parts = [repr(kept._source_stamp), NAMES, *sorted(_parts(function))]
             kept._source_stamp = hashlib.sha256("\n".join(parts).encode()).hexdigest()
+            _CACHED.append(kernel)
         return kernel
 
     return compiled
+
+
+def load_cached() -> int:
+    """Load what the cache has of the kernels of all modules imported so far, as the first call of each would; the number of kernels loaded for some types."""
+    loaded = 0
+    for kernel in _CACHED:
+        kept = kernel._cache
+        for key in kept._cache_file._load_index():
+            if key == kept._index_key(key[0], kernel.targetctx.codegen()) and key[0] not in kernel.overloads:
+                kernel.compile(key[0])
+                loaded += 1
+    return loaded
 
 
 def _template_by_types(template: Callable[..., Any], args: Iterable[Any], kws: Mapping[str, Any]) -> Any:

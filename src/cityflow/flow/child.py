@@ -18,15 +18,17 @@ import time
 import traceback
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from multiprocessing.connection import Connection
 
 from cityflow.core.building import Status
 from cityflow.core.heap import hand_back_heap
 from cityflow.core.object_store import be_patient
+from cityflow.core.quietly import quietly
 from cityflow.errors import CityflowError, RefusedUnit
 from cityflow.flow.in_place import with_lists
 from cityflow.flow.records import plain_outcome
-from cityflow.flow.reply import DUMP_SIGNAL, Ending, Reply
+from cityflow.flow.reply import DUMP_SIGNAL, Ending, HeadStart, Reply
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.unwritable import unwritable
@@ -56,6 +58,8 @@ def main(channel: int) -> None:
             request = connection.recv()
             if isinstance(request, str):
                 connection.send(_import(request))
+            elif isinstance(request, HeadStart):
+                connection.send(quietly(partial(_prepare, request.name)))
             else:
                 connection.send(_run(*request))
     _leave()
@@ -77,6 +81,17 @@ def _import(function: str) -> Reply:
         gc.enable()
     gc.freeze()  # what modules hold stays: no collection needs to look at it again
     return Reply(Ending.RETURNED, Outcome())
+
+
+def _prepare(name: str) -> Reply:
+    reply = _import(name)
+    try:
+        from cityflow.core.kernels import load_cached  # numba, which not every stage needs
+
+        load_cached()
+    except Exception as error:  # noqa: BLE001 - reported; whoever needs the kernel meets it again
+        return _exception(error)
+    return reply
 
 
 def _run(store: Store, task: Task, trim_mb: float) -> Reply:

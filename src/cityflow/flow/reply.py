@@ -34,6 +34,13 @@ class Ending(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class HeadStart:
+    """Asks the child to import ``module:name`` and to load the kernels of all that it has then imported, before a task needs them."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
 class Reply:
     """What became of one try.
 

@@ -27,7 +27,8 @@ import psutil
 from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow.cause_of_death import cause_of_death
-from cityflow.flow.reply import DUMP_SIGNAL, Ending, Reply
+from cityflow.flow.child_environment import KEPT_HEAP, ONE_THREAD
+from cityflow.flow.reply import DUMP_SIGNAL, Ending, HeadStart, Reply
 from cityflow.flow.resident import resident_mb
 from cityflow.flow.spawner import SPAWNER
 from cityflow.flow.store import Store
@@ -41,34 +42,11 @@ DESCENDANTS_EVERY = 20
 START_LIMIT_S = 120.0
 IMPORT_LIMIT_S = 600.0
 """Starting Python and importing a stage (numba may compile) are no part of a unit's time."""
+PREPARED_MB = 4000.0
+"""What a child may take that only imports; with all stages and kernels it takes 0.4 GB."""
 MAX_PRINTED_BYTES = 1 << 20
 LAST_WORDS_BYTES = 6000
 """What a dying child printed goes into its record: the fault handler names the line."""
-
-ONE_THREAD = dict.fromkeys(
-    (
-        "OMP_NUM_THREADS",
-        "OPENBLAS_NUM_THREADS",
-        "MKL_NUM_THREADS",
-        "NUMEXPR_NUM_THREADS",
-        "VECLIB_MAXIMUM_THREADS",
-        "NUMBA_NUM_THREADS",
-        "GDAL_NUM_THREADS",
-        "RAYON_NUM_THREADS",
-        "BLOSC_NTHREADS",
-        "OPENCV_FOR_THREADS_NUM",
-        "ZARR_THREADING__MAX_WORKERS",
-    ),
-    "1",
-)
-"""One worker thread is one core; libraries that start more would fight over it, and sums would depend on it."""
-
-KEPT_HEAP = {
-    "GLIBC_TUNABLES": "glibc.malloc.trim_threshold=4294967296:glibc.malloc.mmap_threshold=1073741824",
-    "MALLOC_TRIM_THRESHOLD_": "4294967296",
-}
-"""Large arrays come and go all the time; fetching their pages from the system anew each time took half of the time of matching. The child hands
-its heap back after a task. Dask sets the second one low for its workers."""
 
 _COMMAND = (
     "import sys, json; sys.path[:] = json.loads(sys.argv[2]); "
@@ -142,6 +120,17 @@ class Sandbox:
             self.close()
         return reply
 
+    def prepare(self, name: str) -> bool:
+        """Let the child import ``module:name``, and load the kernels of what it has imported, giving way to others; whether it could."""
+        self._covers = _enough
+        child = self._ready_child()
+        if name not in child.functions:
+            reply = self._ask(child, HeadStart(name), Limits(IMPORT_LIMIT_S, PREPARED_MB))
+            if reply.ending is not Ending.RETURNED:
+                return False
+            child.functions.add(name)
+        return True
+
     def close(self) -> None:
         """End the child."""
         child, self._child = self._child, None
@@ -202,6 +191,11 @@ def thread_sandbox() -> Sandbox:
         _LOCAL.sandbox = Sandbox()
     sandbox: Sandbox = _LOCAL.sandbox
     return sandbox
+
+
+def prepare_child(name: str) -> bool:
+    """A task for Dask: `Sandbox.prepare` of the thread that runs it."""
+    return thread_sandbox().prepare(name)
 
 
 def _start() -> _Child:

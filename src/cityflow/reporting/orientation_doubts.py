@@ -221,4 +221,4 @@ def _image_doubts(left_out: Mapping[str, str], weak: Mapping[str, str]) -> Itera
     for reason, names in groups.items():
         yield f"Left out: {listing(names)}: {reason}."
     if weak:
-        yield f"Weak, as little holds their poses: {listing(sorted(weak))}."
+        yield f"Weak, as little holds their poses: {listing(f'{name} ({why})' for name, why in sorted(weak.items()))}."

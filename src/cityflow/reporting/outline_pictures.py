@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from cityflow.core.arrays import ByteArray, FloatArray
+from cityflow.core.arrays import BoolArray, ByteArray, FloatArray
 from cityflow.core.building import Outline
 from cityflow.core.grid import Bounds, Grid, bounds_meet
 from cityflow.core.splitting import CutLine
@@ -15,7 +15,7 @@ from cityflow.handover.outline_lines import decode_all
 from cityflow.handover.split_lines import read_splits
 from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.reporting.model_pictures import densest_spot
-from cityflow.reporting.raster_pictures import CityRasters
+from cityflow.reporting.raster_pictures import CityRasters, Raster
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import outline, units
 from cityflow.stages.units import SPLITS
@@ -29,6 +29,8 @@ from cityflow.viewer.relief_gaps import quiet_gaps, without_specks
 from cityflow.viewer.report_rows import UnitRow
 
 CLOSE_M = 150.0
+NEARLY = 0.995
+"""Of the most that can be known; set by hand."""
 GIVEN, WALL, ROOF = (250, 250, 250), (255, 226, 60), (90, 170, 255)
 EDGE, INNER, CUT, REJECTED = (90, 220, 110), (240, 110, 240), (235, 50, 40), (150, 120, 190)
 
@@ -40,7 +42,7 @@ def outline_pictures(
     middles = [u.rings[0].mean(axis=0) for u in rows if len(u.rings)]
     if not middles or not (survey.splits or not survey.outlines_given):
         return
-    bounds = _square(densest_spot(np.array(middles)), rasters.known)
+    bounds = _over_known(_square(densest_spot(np.array(middles)), rasters.known), rasters.background)
     ground = _ground(store, survey, bounds)
     if ground is None:
         return
@@ -67,6 +69,39 @@ def _square(spot: FloatArray, known: Bounds) -> Bounds:
     middle = np.clip(spot, low + half, high - half)
     x_min, y_min, x_max, y_max = np.concatenate([middle - half, middle + half]).tolist()
     return x_min, y_min, x_max, y_max
+
+
+def _over_known(square: Bounds, background: Raster) -> Bounds:
+    """The square, moved by at most half its width to where the background is known: an ortho does not fill the box around it."""
+    grid, values = background
+    half = (square[2] - square[0]) / 2, (square[3] - square[1]) / 2
+    near = grid.part_over((square[0] - half[0], square[1] - half[1], square[2] + half[0], square[3] + half[1]))
+    if near is None:
+        return square
+    rows, cols = grid.slices(near)
+    known = np.isfinite(values[0, rows, cols])
+    left, top = (square[0] - grid.x_min) / grid.cell - cols.start, (grid.y_max - square[3]) / grid.cell - rows.start
+    right, down = least_move(
+        known, round(left), round(top), round(2 * half[0] / grid.cell), round(2 * half[1] / grid.cell)
+    )
+    dx, dy = right * grid.cell, -down * grid.cell
+    return square[0] + dx, square[1] + dy, square[2] + dx, square[3] + dy
+
+
+def least_move(known: BoolArray, left: int, top: int, width: int, height: int) -> tuple[int, int]:
+    """By how many cells to the right and down a window has to move so that nearly as much of it is known as of any other; all in cells.
+
+    >>> known = np.ones((6, 12), bool)
+    >>> known[:, 8:] = False
+    >>> least_move(known, 6, 1, 4, 4), least_move(known, 2, 1, 4, 4)
+    ((-2, 0), (0, 0))
+    """
+    rows, cols = min(height, known.shape[0]), min(width, known.shape[1])
+    summed = np.pad(np.cumsum(np.cumsum(known, axis=0, dtype=np.int64), axis=1), ((1, 0), (1, 0)))
+    counts = summed[rows:, cols:] - summed[:-rows, cols:] - summed[rows:, :-cols] + summed[:-rows, :-cols]
+    moves = np.argwhere(counts >= NEARLY * counts.max()) - [top, left]
+    down, right = moves[np.argmin((moves**2).sum(axis=1))]
+    return int(right), int(down)
 
 
 def _ground(store: Store, survey: Survey, bounds: Bounds) -> tuple[Grid, ByteArray] | None:

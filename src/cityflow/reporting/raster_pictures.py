@@ -86,9 +86,14 @@ class CityRasters:
     ortho: Raster | None
 
     @property
+    def background(self) -> Raster:
+        """The ortho; where there is none, the surface."""
+        return self.dsm if self.ortho is None else self.ortho
+
+    @property
     def known(self) -> Bounds:
-        """Around the cells that the ortho shows; where there is none, around those of the surface."""
-        grid, values = self.dsm if self.ortho is None else self.ortho
+        """Around the known cells of the background."""
+        grid, values = self.background
         rows, cols = known_window(np.isfinite(values[0]))
         x, y, cell = grid.x_min, grid.y_max, grid.cell
         return x + cols.start * cell, y - rows.stop * cell, x + cols.stop * cell, y - rows.start * cell

@@ -18,6 +18,7 @@ import shapely
 from cityflow.core.json_values import finite
 from cityflow.errors import CityflowError, RunError
 from cityflow.flow.driver_note import read_note
+from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.io.tables.edits_gpkg import LAYERS, ROOFS
@@ -35,7 +36,7 @@ from cityflow.workflow.desk_compare import Others
 from cityflow.workflow.desk_listeners import Listeners
 from cityflow.workflow.desk_models import NewModels
 from cityflow.workflow.desk_pictures import Pictures
-from cityflow.workflow.desk_places import Places, shape_of
+from cityflow.workflow.desk_places import Places, rings_of, shape_of
 from cityflow.workflow.desk_rerun import Job, Jobs, Stand
 from cityflow.workflow.desk_warm import Warm
 from cityflow.workflow.desk_watch import Watch, tiles_of, told_of
@@ -75,7 +76,7 @@ class RunDesk:
         self.listeners = Listeners()
         self._lock = threading.RLock()
         self._carried: dict[str, Edit] = {}
-        self.warm = Warm(self.options)
+        self.warm = Warm(self.url, self.options)
         models = NewModels(lambda: self.run, lambda: self._survey, self.list, lambda m: self.listeners.tell("models", m))  # fmt: skip
         self.jobs = Jobs(
             self.store, self.warm.begin, lambda job: self.listeners.tell("job", job.as_json()), self._ended, self._shown, models.ended
@@ -95,6 +96,8 @@ class RunDesk:
         self.warm.close()
 
     def events(self) -> Iterator[tuple[str, Json] | None]:
+        if not self._refused() and not is_held(self.store):
+            self.warm.prepare_soon()
         return self.listeners.listen()
 
     def read(self, name: str, query: Mapping[str, str]) -> Answer | None:
@@ -135,13 +138,13 @@ class RunDesk:
             return []
         return [
             {"edit": e.name, "layer": e.layer, "value": e.value, "who": e.who, "when": e.when, "is_pending": e.name in self.pending,
-             "rings": _rings(e.shape)}
+             "rings": rings_of(e.shape)}
             for e in self._file().edits()
         ]  # fmt: skip
 
     def _outline(self, query: Mapping[str, str]) -> Json:
         row, polygon = self._polygon(query)
-        return {"unit": row["id"], "rings": _rings(polygon)}
+        return {"unit": row["id"], "rings": rings_of(polygon)}
 
     def _polygon(self, query: Mapping[str, str]) -> tuple[dict[str, Json], shapely.Polygon]:
         """Row and outline of the building that a request names."""
@@ -242,6 +245,7 @@ class RunDesk:
             self._refreshed()
 
     def _shown(self) -> None:
+        self.warm.prepare()  # while the report is written
         self.others.forget()
         self.listeners.tell("changed", {})
 
@@ -288,12 +292,6 @@ class RunDesk:
     def _places(self) -> Iterator[Places]:
         with Ledger.open(self.store) as ledger:
             yield Places(self.run, ledger)
-
-
-def _rings(shape: shapely.Geometry) -> list[list[list[float]]]:
-    """Rings of a polygon, else all places in one list; world metres."""
-    parts = shapely.get_rings(shape) if shape.geom_type == "Polygon" else [shape]
-    return [shapely.get_coordinates(part).tolist() for part in parts]
 
 
 def _counted(number: int, what: str) -> str:

@@ -116,3 +116,9 @@ def shape_of(layer: str, rings: Json) -> shapely.Geometry:
     if len(rings) == 1 and len(rings[0]) == 1:
         return shapely.Point(rings[0][0])
     return Polygon(rings[0], rings[1:])
+
+
+def rings_of(shape: shapely.Geometry) -> list[list[list[float]]]:
+    """Rings of a polygon, else all places in one list; world metres."""
+    parts = shapely.get_rings(shape) if shape.geom_type == "Polygon" else [shape]
+    return [shapely.get_coordinates(part).tolist() for part in parts]

@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 START_S = 60.0
 """How long workers may take until a rerun is begun with workers of its own."""
 END_S = 10.0
+SETTLED_S = 1.0
+"""A page on an idle machine can be used 1.3 to 1.8 s after it was asked for, and listens before that; what begins earlier takes its time."""
 
 
 @dataclass
@@ -21,10 +23,12 @@ class Warm:
 
     Attributes
     ----------
+    run : address of the RUN
     options : of every rerun; one that names a scheduler has its own workers
     is_open : whether anything may begin before it is needed
     """
 
+    run: str
     options: Sequence[str]
     is_open: bool = False
     _spare: subprocess.Popen[str] | None = None
@@ -34,17 +38,27 @@ class Warm:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def prepare(self) -> None:
-        """Begin what is not there; returns at once."""
+        """Begin what is not there, and have the workers make ready what has ended since; returns at once."""
         with self._lock:
             if not self.is_open:
                 return
             if self._spare is None or self._spare.poll() is not None:
-                self._spare = _waiting()
+                self._spare = _waiting("rerun", self.run)
             if self._has_own_workers and (self._workers is None or self._workers.poll() is not None):
                 self._told.clear()
                 count = next((o.removeprefix("--workers=") for o in self.options if o.startswith("--workers=")), "0")
                 self._workers = _waiting("workers", count)
                 threading.Thread(target=self._hear, args=(self._workers,), daemon=True, name="warm workers").start()
+            if self._workers is not None and self._workers.stdin is not None:
+                with suppress(BrokenPipeError):
+                    self._workers.stdin.write("\n")
+                    self._workers.stdin.flush()
+
+    def prepare_soon(self) -> None:
+        """`prepare` when the page has had time to show the city; returns at once."""
+        timer = threading.Timer(SETTLED_S, self.prepare)
+        timer.daemon = True
+        timer.start()
 
     def begin(self, words: Sequence[str]) -> subprocess.Popen[str]:
         """A process that carries out `cityflow WORDS …` with the options; what it prints is to be read."""
@@ -53,7 +67,7 @@ class Warm:
         if self._workers is not None and self._told.wait(START_S) and self._address:
             options = [*(o for o in options if not o.startswith("--workers=")), f"--scheduler={self._address}"]
         with self._lock:
-            process, self._spare = self._spare or _waiting(), None
+            process, self._spare = self._spare or _waiting("rerun", self.run), None
         assert process.stdin is not None
         with suppress(BrokenPipeError):
             process.stdin.write(json.dumps([*words, *options]))

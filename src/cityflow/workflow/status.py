@@ -202,11 +202,8 @@ def print_standing(standing: Standing, console: Console) -> None:
     """Verdicts, a line per stage, the reasons of what did not end as asked, and the next step."""
     if standing.verdicts:
         told = ", ".join(f"{n:,} {VERDICT_WORDS.get(verdict, verdict)}" for verdict, n in standing.verdicts.items())
-        more = (
-            f" {standing.beyond:,} more outside the area are modelled because they share walls with these."
-            if standing.beyond
-            else ""
-        )
+        why = "is modelled because it shares" if standing.beyond == 1 else "are modelled because they share"
+        more = f" {standing.beyond:,} more outside the area {why} walls with these." if standing.beyond else ""
         console.print(
             f"Buildings by verdict: {told}.{more} {GOOD_MEANS}", markup=False, highlight=False, soft_wrap=True
         )
