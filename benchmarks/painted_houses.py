@@ -8,11 +8,12 @@ Photographs have noise of 2 values, cameras are off by 3 cm. Kinds of surveys:
 - hedge: plants of 1 to 4 m hide the foot of the walls, and the surface knows them;
 - bright: a roof near white that no photograph cuts off, and a balance that lifts all of them by 15 % or so, with the tone that a survey of them has; against
   the paint in that tone, after a gain per house;
-- steep: roofs stand out 0.3 m, walls are modelled below their rims, and those to the north are seen from steeply above alone.
+- steep: roofs stand out 0.3 m, walls are modelled below their rims, and those to the north are seen from steeply above alone;
+- moved: the whole house is smaller or larger than its model by what the walls' standard deviation says, on ground of changing colour, seen as in `steep`.
 
-Each kind gives, over houses, the median and the greatest of the houses' medians and of their 90th percentiles, of all that images painted; `hedge` of what no
-image sees, `steep` of the walls that are seen steeply alone; `others` are the medians of all other pixels. White is the share of painted pixels that is cut
-off in some band where no photograph is.
+Each kind gives, over houses, the median and the greatest of the houses' medians, means and 90th percentiles, of all that images painted; `hedge` of what no
+image sees, `steep` and `moved` of the walls that are seen steeply alone; `others` are the medians of all other pixels. White is the share of painted pixels
+that is cut off in some band where no photograph is.
 """
 
 from __future__ import annotations
@@ -42,11 +43,14 @@ from cityflow.imagery.radiometry import Balance
 from cityflow.texture.doubtful import wall_sigma
 from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TexturedUnit, TextureParameters, texture_unit
-from texture_scenes import GROUND, X, Y, house, looking, surface
+from texture_scenes import GROUND, X, Y, house, looking, raised, surface
 
-KINDS = ("alike", "mild", "spoilt", "hedge", "bright", "steep")
+KINDS = ("alike", "mild", "spoilt", "hedge", "bright", "steep", "moved")
+STEEP = ("steep", "moved")
 SMALL = Camera(420, 280, 560.0, 560.0, 210.0, 140.0)
 EAVES_M = 0.3
+MOVED_M = 0.25
+"""Standard deviation of walls that were found in images, metres."""
 LIFT = 1.15
 """By which the balance makes near white roofs brighter."""
 CUT_OFF = 255
@@ -54,7 +58,8 @@ CUT_OFF = 255
 
 @dataclass(frozen=True)
 class House:
-    """A box with stripes every two metres on its walls; `inset_m` of its walls inside the rim of its flat roof, hedges up to `hedge_m`."""
+    """A box with stripes every two metres on its walls; `inset_m` of its walls inside the rim of its flat roof, hedges up to `hedge_m`; `moved_m` of all of it
+    inside its model; colours of the ground change by a share of `patchy`, standard deviation."""
 
     wide: float
     tall: float
@@ -64,6 +69,8 @@ class House:
     grass: tuple[float, float, float]
     inset_m: float = 0.0
     hedge_m: float = 0.0
+    moved_m: float = 0.0
+    patchy: float = 0.0
 
     def faces(self) -> list[FacePlane]:
         half = self.wide / 2
@@ -83,8 +90,9 @@ class House:
         rows, cols = np.mgrid[0 : camera.height, 0 : camera.width]
         rays = image.rays(np.column_stack([cols.ravel() + 0.5, rows.ravel() + 0.5]))
         centre = image.centre - np.array([X, Y, 0.0])
-        colours = np.tile(np.array(self.grass), (len(rays), 1))
-        half = self.wide / 2 - self.inset_m
+        ground = centre + ((GROUND - centre[2]) / rays[:, 2])[:, None] * rays
+        colours = np.array(self.grass) * (1.0 + self.patchy * _patches(ground))[:, None]
+        half = self.wide / 2 - self.inset_m - self.moved_m
         low, high = np.array([-half, -half, GROUND]), np.array([half, half, GROUND + self.tall])
         with np.errstate(divide="ignore", invalid="ignore"):
             one, two = (low - centre) / rays, (high - centre) / rays
@@ -97,16 +105,26 @@ class House:
         sides = np.abs(np.abs(at[:, :2]) - half) < 1e-6
         walls[:, :2] = np.where(sides, np.sign(at[:, :2]) * self.wide / 2, at[:, :2])
         colours[hit] = np.where((at[:, 2] < GROUND + self.hedge_m)[:, None], np.array(self.grass), self.paint(walls))
-        on_roof = (np.abs((centre + down[:, None] * rays)[:, :2]) < self.wide / 2).all(axis=1) & (down > 0)
+        on_roof = (np.abs((centre + down[:, None] * rays)[:, :2]) < self.wide / 2 - self.moved_m).all(axis=1) & (
+            down > 0
+        )
         colours[on_roof] = self.roof
         return colours.reshape(camera.height, camera.width, 3)
 
 
+def _patches(at: FloatArray) -> FloatArray:
+    """(N,) normal values, alike within squares of 0.3 m."""
+    square = np.mod(np.floor(at[:, :2] / 0.3), 64).astype(np.int64)
+    values: FloatArray = np.random.default_rng(0).normal(size=(64, 64))
+    return np.asarray(values[square[:, 1], square[:, 0]])
+
+
 @dataclass(frozen=True)
 class Found:
-    """Of one house: median and 90th percentile of CIEDE2000, and the share that became white."""
+    """Of one house: median, mean and 90th percentile of CIEDE2000, and the share that became white."""
 
     median: float
+    mean: float
     worse: float
     white: float
     others: float = np.nan
@@ -128,10 +146,14 @@ def drawn(seed: int, kind: str) -> tuple[np.random.Generator, House, list[Orient
         made = replace(made, roof=tuple(rng.uniform(215, 240, 3)))
     if kind == "hedge":
         made = replace(made, hedge_m=float(rng.uniform(1, 4)), grass=(70.0, 130.0, 45.0))
+    if kind == "moved":
+        made = replace(made, moved_m=float(rng.normal(0, MOVED_M)), patchy=0.15)
     if kind == "steep":
         made = replace(made, inset_m=EAVES_M, grass=(70.0, 130.0, 45.0))
+    if kind in STEEP:
         centres = [np.array([c[0], -abs(c[1]), c[2]]) for c in centres]
-        centres += [np.array([rng.uniform(-4, 4), wide / 2 + rng.uniform(2, 6), GROUND + tall + rng.uniform(36, 48)]) for _ in range(3)]  # fmt: skip
+        near, far = (2, 6) if kind == "steep" else (8, 20)
+        centres += [np.array([rng.uniform(-4, 4), wide / 2 + rng.uniform(near, far), GROUND + tall + rng.uniform(36, 48)]) for _ in range(3)]  # fmt: skip
     return rng, made, [looking(c, np.array([0, 0, GROUND + 3.0]), SMALL, f"i{k}") for k, c in enumerate(centres)]
 
 
@@ -175,9 +197,13 @@ def measured(seed: int, kind: str) -> Found:
         x, y = np.meshgrid(grid.x_centres() - X, grid.y_centres() - Y)
         away = np.maximum(np.abs(x), np.abs(y)) - made.wide / 2
         heights = np.where((away > 0.3) & (away < 2.5), GROUND + 0.75 * made.hedge_m, heights)
+    if made.moved_m:
+        half = made.wide / 2 - made.moved_m
+        heights = raised(grid, heights, (-half, -half, half, half), made.tall)
     half = made.wide / 2
     solid = house(-half, -half, made.wide, made.wide, made.tall)
-    rim = OutlineEdge(LineString([(-half, half), (half, half)]), "roof" if kind == "steep" else "wall", OUTLINE_SIGMA_M)
+    sigma_m = MOVED_M if kind == "moved" else OUTLINE_SIGMA_M
+    rim = OutlineEdge(LineString([(-half, half), (half, half)]), "roof" if kind == "steep" else "wall", sigma_m)
     around = Surroundings([solid], [], heights, grid, wall_sigma([rim], OUTLINE_SIGMA_M))
     shown = survey(made, images, kind, rng)
     return _compared(made, texture_unit(made.faces(), shown, around, TextureParameters()), kind, shown[0].shoulder)
@@ -211,11 +237,12 @@ def _errors(kind: str, shown: FloatArray, truth: FloatArray, made_up: BoolArray,
     if kind == "bright":
         shown = shown / np.median(shown / truth)
     errors = deltaE_ciede2000(rgb2lab(np.clip(shown, 0, 255) / 255), rgb2lab(truth / 255))
-    chosen = {"hedge": made_up, "steep": north}.get(kind, ~made_up)
+    chosen = made_up if kind == "hedge" else north if kind in STEEP else ~made_up
     if not chosen.any():
-        return Found(np.nan, np.nan, white)
+        return Found(np.nan, np.nan, np.nan, white)
     others = float(np.median(errors[~chosen])) if (~chosen).any() else np.nan
-    return Found(float(np.median(errors[chosen])), float(np.percentile(errors[chosen], 90)), white, others)
+    own = errors[chosen]
+    return Found(float(np.median(own)), float(own.mean()), float(np.percentile(own, 90)), white, others)
 
 
 def _pixels(patch: Patch, face: FacePlane) -> tuple[FloatArray, NDArray[np.uint8], NDArray[np.uint16]]:
@@ -236,7 +263,9 @@ def main() -> None:
     asked = parser.parse_args()
     for kind in asked.kinds:
         found = [measured(seed, kind) for seed in range(*asked.seeds)]
-        columns = {name: np.array([getattr(f, name) for f in found]) for name in ("median", "worse", "others", "white")}
+        columns = {
+            name: np.array([getattr(f, name) for f in found]) for name in ("median", "mean", "worse", "others", "white")
+        }
         white = columns.pop("white").mean()
         told = [
             f"{n} {np.nanmedian(v):.2f} (most {np.nanmax(v):.2f})" for n, v in columns.items() if np.isfinite(v).any()

@@ -51,7 +51,7 @@ from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
 
 NAME = STAGE_TEXTURE
-VERSION = 13
+VERSION = 14
 TEXTURE = "texture.cfa"
 ORTHO_MARGIN_M = 8.0
 """The widest eaves and a little more; set by hand."""

@@ -18,6 +18,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.texture import Colour, FaceGrid, FaceKey, FacePlane, PlainFace, SeenFace, UnitTexture
 from cityflow.errors import CityflowError
 from cityflow.texture.alignment.align import aligned
+from cityflow.texture.beside_wall import Wall, without_beside
 from cityflow.texture.burnt_out import burnt_cells, without_burnt
 from cityflow.texture.doubtful import without_doubtful
 from cityflow.texture.ortho_image import is_ortho
@@ -164,7 +165,7 @@ def _attempted(
         sources, moved = aligned(sources_of(images), [*around.own, *around.others], scene, parameters.align_px)
     except CityflowError:
         return None
-    looked = [_looked_at(f, sources, scene, around.wall_sigma_m, parameters) for f in faces]
+    looked = [_looked_at(f, sources, scene, around, parameters) for f in faces]
     used = {image for f in looked for image in _own(f)}
     orthos = {k for k, s in enumerate(sources) if is_ortho(s.image)}
     samples = {f.plane.key: _samples(f, used, sources, parameters.rank) for f in looked if f.kept}
@@ -181,7 +182,7 @@ def _attempted(
 
 
 def _looked_at(
-    face: FacePlane, sources: Sequence[Source], scene: Scene, wall_sigma_m: float, parameters: TextureParameters
+    face: FacePlane, sources: Sequence[Source], scene: Scene, around: Surroundings, parameters: TextureParameters
 ) -> _Face:
     """What the images see of a face on coarse cells, and which of them remain."""
     images = [s.image for s in sources]
@@ -190,10 +191,12 @@ def _looked_at(
     grid = coarse_grid(face, finest, COARSE_CELLS)
     facing = [v for v in views if v.incidence_deg <= parameters.rank.steepest_deg]
     seen = tuple(s for s in seen_faces(face, facing, images, scene, grid) if s.mask.count)
-    doubtful = len(seen)
+    before = len(seen)
     if face.semantic is Semantic.WALL:
-        seen = without_doubtful(face, grid, seen, images, wall_sigma_m)
-    doubtful -= len(seen)
+        seen = without_doubtful(face, grid, seen, images, around.wall_sigma_m)
+        wall = Wall.of(face, grid, around.heights, around.grid, around.wall_sigma_m)
+        seen = without_beside(wall, seen, sources, scene, lambda views: _kept(face, views, parameters))
+    doubtful = before - len(seen)
     chosen = _kept(face, seen, parameters)
     if any(burnt_cells(face, grid, seen[k], sources[seen[k].view.image]).any() for k in chosen):
         seen = tuple(s for s in without_burnt(face, grid, seen, sources, parameters.rank) if s.mask.count)
