@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 
 from cityflow.core.building import Polyhedron
 from cityflow.core.grid import Grid
+from cityflow.edges.edge_places import CHANGE_CELLS, STEP_CELLS, places_across, votes_of
+from cityflow.edges.image_window import window_over
 from cityflow.reconstruction.model import ModelParameters, model
 from cityflow.reconstruction.seen_steps.edge_lines import roof_steps
-from cityflow.reconstruction.seen_steps.edge_places import CHANGE_CELLS, STEP_CELLS, places_across, votes_of
-from cityflow.reconstruction.seen_steps.image_window import window_over
 from cityflow.reconstruction.seen_steps.with_seen_steps import SeenStepParameters, with_seen_steps
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.synthetic.town import TownParameters, make_town

@@ -19,7 +19,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.splitting import CUT
 from cityflow.handover.split_lines import decode_splitting
 from cityflow.io.rasters.surface_dataset import grids_of, read_layers
-from cityflow.reconstruction.seen_steps.seen_borders import border_shifts
+from cityflow.splitting.cuts.seen_borders import border_shifts
 from cityflow.synthetic.town_units import Unit
 from drawn_town import table
 from texture_world import images_of

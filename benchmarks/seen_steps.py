@@ -21,9 +21,10 @@ import shapely
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building, Lod, Polyhedron
 from cityflow.core.verdicts import REASON_KEY
+from cityflow.edges.edge_line import EdgeLine
 from cityflow.io.city_models.cityjson import read_feature
 from cityflow.io.rasters.surface_dataset import grids_of
-from cityflow.reconstruction.seen_steps.edge_lines import EdgeLine, roof_steps
+from cityflow.reconstruction.seen_steps.edge_lines import roof_steps
 from cityflow.reconstruction.seen_steps.with_seen_steps import moved_to, seen_steps
 from cityflow.survey.results import HULL
 from cityflow.synthetic.town_units import Unit

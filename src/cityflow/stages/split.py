@@ -29,9 +29,9 @@ from cityflow.handover.photograph_inputs import PhotographInputs, opened
 from cityflow.handover.split_lines import encode_splitting
 from cityflow.handover.surface_windows import read_windows
 from cityflow.handover.surfaces import Surfaces
-from cityflow.reconstruction.seen_steps.seen_borders import border_shifts
 from cityflow.splitting.cuts.edited_cuts import is_locked, with_edits
 from cityflow.splitting.cuts.moved_cuts import with_moved_cuts
+from cityflow.splitting.cuts.seen_borders import border_shifts
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.surface.sample import sample
 from cityflow.survey.city import City

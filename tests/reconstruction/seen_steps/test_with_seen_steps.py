@@ -21,9 +21,9 @@ from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction import orientation_histogram
 from cityflow.reconstruction.seen_steps.edge_lines import roof_steps
 from cityflow.reconstruction.seen_steps.moved_steps import StepPlan
-from cityflow.reconstruction.seen_steps.seen_borders import border_shifts
 from cityflow.reconstruction.seen_steps.with_seen_steps import SeenStepParameters, with_seen_steps
 from cityflow.reconstruction.verdicts.seen_elsewhere import probability_of_harm, seen_elsewhere
+from cityflow.splitting.cuts.seen_borders import border_shifts
 
 ORIGIN = np.array([5000.0, 7000.0])
 HIGH, LOW, TRUE_X, FOUND_X, CELL = 9.0, 6.0, 10.0, 10.3, 0.125

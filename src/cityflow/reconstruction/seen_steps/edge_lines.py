@@ -12,42 +12,15 @@ from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Face, Polyhedron, Semantic
+from cityflow.edges.edge_line import LEAST_LENGTH_M, EdgeLine
 from cityflow.reconstruction.overhangs.faces_at_edges import BESIDE_M, face_planes, faces_beside
 
-LEAST_STEP_M, LEAST_LENGTH_M = 0.4, 0.8
-"""Lower and shorter steps show no edge that could be told from others; set by hand."""
+LEAST_STEP_M = 0.4
+"""Lower steps show no edge that could be told from others; set by hand."""
 INNER_M = 0.02
 """What is nearer to the outline stands on it."""
 ON_LINE_M, PARALLEL = 2e-3, 2e-3
 """Walls on one line: metres off it, and sine of the angle between them; vertices are multiples of 0.1 mm."""
-
-
-@dataclass(frozen=True, slots=True)
-class EdgeLine:
-    """The upper edge of a wall between two parts of a roof.
-
-    Attributes
-    ----------
-    start, along, outward : (2,) world metres, and unit vectors; the lower part is outside, on the right of `along`
-    length : metres
-    height, slope : of the upper part's plane in the middle of the edge, metres, and (2,) its rise along and outwards
-    drop : metres down to the lower part there
-    """
-
-    start: FloatArray
-    along: FloatArray
-    outward: FloatArray
-    length: float
-    height: float
-    slope: FloatArray
-    drop: float
-
-    def places(self, along: FloatArray, off: FloatArray) -> FloatArray:
-        """(S, T, 3) world places on the upper plane, extended: so far along the edge, and so far outside of it."""
-        s, t = along[:, None], off[None, :]
-        xy = self.start + s[..., None] * self.along + t[..., None] * self.outward
-        z = self.height + self.slope[0] * (s - self.length / 2) + self.slope[1] * t
-        return np.concatenate([xy, z[..., None]], axis=-1)
 
 
 @dataclass(frozen=True, slots=True)

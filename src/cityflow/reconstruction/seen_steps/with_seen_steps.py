@@ -14,9 +14,10 @@ from cityflow.core.building import Polyhedron, Scalar
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
-from cityflow.reconstruction.seen_steps.edge_lines import EdgeLine, RoofStep, roof_steps
-from cityflow.reconstruction.seen_steps.edge_places import EdgePlace, place_of_votes, places_across, votes_of
-from cityflow.reconstruction.seen_steps.image_window import window_over
+from cityflow.edges.edge_line import EdgeLine
+from cityflow.edges.edge_places import EdgePlace, place_of_votes, places_across, votes_of
+from cityflow.edges.image_window import window_over
+from cityflow.reconstruction.seen_steps.edge_lines import RoofStep, roof_steps
 from cityflow.reconstruction.seen_steps.moved_steps import StepPlan
 
 

@@ -15,9 +15,10 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.reconstruction import Evidence, HeightRaster
+from cityflow.edges.edge_line import LEAST_LENGTH_M, EdgeLine
 from cityflow.geometry.straight_edges import WallEdge, wall_edges
 from cityflow.reconstruction.overhangs.faces_at_edges import face_planes, faces_beside
-from cityflow.reconstruction.seen_steps.edge_lines import LEAST_LENGTH_M, LEAST_STEP_M, EdgeLine, roof_steps
+from cityflow.reconstruction.seen_steps.edge_lines import LEAST_STEP_M, roof_steps
 from cityflow.reconstruction.seen_steps.with_seen_steps import edge_places
 from cityflow.reconstruction.verdicts.beside_outline import at
 from cityflow.reconstruction.verdicts.placement import HARM

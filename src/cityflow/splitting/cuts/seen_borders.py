@@ -14,9 +14,9 @@ from shapely import LineString, get_coordinates
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Grid
-from cityflow.reconstruction.seen_steps.edge_lines import LEAST_LENGTH_M, EdgeLine
-from cityflow.reconstruction.seen_steps.edge_places import EdgePlace, place_of_votes, places_across, votes_of
-from cityflow.reconstruction.seen_steps.image_window import window_over
+from cityflow.edges.edge_line import LEAST_LENGTH_M, EdgeLine
+from cityflow.edges.edge_places import EdgePlace, place_of_votes, places_across, votes_of
+from cityflow.edges.image_window import window_over
 
 SIGNIFICANCE = 2.0
 """A border moves to a place that is more of an edge than any other near it, by so many standard deviations of the images' votes, as steps do."""

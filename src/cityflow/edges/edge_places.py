@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.reconstruction.seen_steps.edge_lines import EdgeLine
-from cityflow.reconstruction.seen_steps.image_window import MARGIN_PX, ImageWindow
+from cityflow.edges.edge_line import EdgeLine
+from cityflow.edges.image_window import MARGIN_PX, ImageWindow
 
 REACH_CELLS, APART_CELLS, STEP_CELLS = 8.0, 2.0, 0.5
 """An edge is looked for so far to both sides, in cells of the matched surface; others count as others from so far away; steps; set by hand."""
