@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from typing import Annotated
+from functools import cache
+from typing import Annotated, Any
 
 import typer
 
@@ -66,7 +67,13 @@ def _version(version: Annotated[bool, typer.Option("--version", help="Print the 
 def main() -> None:
     """Entry point: errors that a user can fix become one line on stderr and exit code 1, a full disk too; Ctrl-C becomes 130."""
     collect_seldom()
-    sys.exit(exit_code(app))
+    sys.exit(exit_code(_command_line()))
+
+
+@cache
+def _command_line() -> Callable[[], Any]:
+    """All commands; to make them of their functions takes longer than many of them."""
+    return typer.main.get_command(app)
 
 
 TOP: tuple[Callable[..., None], ...] = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -105,13 +106,17 @@ def workflow_tree(workflow: Workflow) -> dict[str, Any]:
 
 
 def _describe(wanted: Prepared) -> dict[str, Any]:
-    versions = {"cityflow": __version__, "python": platform.python_version(), **{p: version(p) for p in PACKAGES}}
     return {
         "workflow": stripped(workflow_tree(wanted.workflow)),
         "catalog": without_credentials(wanted.catalog.href),
         "area": wanted.area.wkt,
-        "versions": versions,
+        "versions": _versions(),
     }
+
+
+@cache
+def _versions() -> dict[str, str]:
+    return {"cityflow": __version__, "python": platform.python_version(), **{p: version(p) for p in PACKAGES}}
 
 
 def _description(store: Store) -> dict[str, Any]:
