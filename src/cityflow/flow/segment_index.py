@@ -156,7 +156,8 @@ class Joined:
         places = places[np.lexsort((places[:, 1], places[:, 0]))]
         # frames of a segment are numbered one after the other
         segment = np.cumsum([0, *(one != two for (one, _), (two, _) in pairwise(self._frames))])
-        cuts = np.flatnonzero(np.diff(segment[places[:, 0]])) + 1
+        numbers = segment[places[:, 0]]
+        cuts = np.flatnonzero(np.diff(numbers)) + 1
         pieces = []
         for part in np.split(places, cuts):
             first, last = int(part[0, 0]), int(part[-1, 0])

@@ -133,7 +133,7 @@ def contrast(edges: Edges, boxes: IntArray, rim: int) -> FloatArray:
     wide = boxes + rim * np.array([-1, -1, 1, 1])
     rows, cols = edges.light.shape
     cut = np.clip(wide, 0, [cols, rows, cols, rows])
-    area, area_wide = ((b[:, 2] - b[:, 0]) * (b[:, 3] - b[:, 1]) for b in (boxes, cut))
+    area, area_wide = box_areas(boxes), box_areas(cut)
     around = (box_sums(edges._light, cut) - inner) / np.maximum(area_wide - area, 1)
     return np.asarray(edges.sign * (inner / np.maximum(area, 1) - around) / edges.threshold)
 
@@ -154,7 +154,7 @@ def roughness(channels: Sequence[Edges], channel: IntArray, boxes: IntArray, rim
 
 def _moments(edges: Edges, boxes: IntArray) -> FloatArray:
     """(3, N) number of cells, sum and sum of squares."""
-    area = ((boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])).astype(np.float64)
+    area = box_areas(boxes).astype(np.float64)
     return np.stack([area, box_sums(edges._light, boxes), box_sums(edges._squares, boxes)])
 
 
@@ -166,8 +166,13 @@ def _deviation(moments: FloatArray) -> FloatArray:
 
 def seen_share(edges: Edges, boxes: IntArray) -> FloatArray:
     """(N,) share of boxes with true texture; they may reach beyond the picture."""
-    area = (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])
-    return box_sums(edges._seen, boxes) / np.maximum(area, 1)
+    return box_sums(edges._seen, boxes) / np.maximum(box_areas(boxes), 1)
+
+
+def box_areas(boxes: IntArray) -> IntArray:
+    """(N,) cells; negative where one end alone is turned round."""
+    size: IntArray = boxes[:, 2:] - boxes[:, :2]
+    return size[:, 0] * size[:, 1]
 
 
 @njit(cache=True, nogil=True)

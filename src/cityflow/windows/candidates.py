@@ -12,6 +12,7 @@ from cityflow.windows.box_edges import (
     BRIGHT,
     DARK,
     Edges,
+    box_areas,
     box_sums,
     completeness,
     contrast,
@@ -140,7 +141,7 @@ def within_wall(boxes: IntArray, picture: Picture, standing: BoolArray) -> BoolA
     rim = max(round(picture.pixels(MARGIN_M)), 1)
     wide = boxes + rim * np.array([-1, -1, 1, 1])
     wide[:, 3] = np.where(standing, boxes[:, 3], wide[:, 3])
-    area = (wide[:, 2] - wide[:, 0]) * (wide[:, 3] - wide[:, 1])
+    area = box_areas(wide)
     return np.asarray(box_sums(integral(picture.wall.astype(np.float32)), wide) >= 0.97 * area)
 
 
@@ -148,7 +149,7 @@ def at_wall_base(boxes: IntArray, picture: Picture) -> BoolArray:
     """Tall boxes, and gates, whose lower edge is where the wall, or its visible part, ends."""
     below = boxes.copy()
     below[:, 1], below[:, 3] = boxes[:, 3], boxes[:, 3] + max(round(picture.pixels(0.4)), 2)
-    area = (below[:, 2] - below[:, 0]) * (below[:, 3] - below[:, 1])
+    area = box_areas(below)
     left = box_sums(integral((picture.seen & picture.wall).astype(np.float32)), below) / np.maximum(area, 1)
     high, wide = (picture.cell * (boxes[:, b] - boxes[:, a]) for a, b in ((1, 3), (0, 2)))
     tall, gate = (high >= 1.8) & (high >= 1.3 * wide), (high >= 1.7) & (wide >= GATE_M)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
-from cityflow.windows.box_edges import Edges, box_sums, integral, roughness
+from cityflow.windows.box_edges import Edges, box_areas, box_sums, integral, roughness
 from cityflow.windows.candidates import RIM_M, Candidates
 from cityflow.windows.facade_picture import Picture
 
@@ -99,8 +99,7 @@ def ends_unseen(boxes: IntArray, picture: Picture) -> FloatArray:
     for side, way in enumerate((-1, -1, 1, 1)):
         strip = boxes.copy()
         strip[:, (side + 2) % 4], strip[:, side] = boxes[:, side], boxes[:, side] + 2 * way
-        area = np.abs((strip[:, 2] - strip[:, 0]) * (strip[:, 3] - strip[:, 1]))
-        worst = np.minimum(worst, box_sums(sums, strip) / np.maximum(area, 1))
+        worst = np.minimum(worst, box_sums(sums, strip) / np.maximum(np.abs(box_areas(strip)), 1))
     return (worst < 0.7).astype(np.float64)
 
 

@@ -7,6 +7,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.windows.box_edges import box_areas
 
 ALIKE = 0.8
 """Shorter by longer of widths or heights that count as equal; set by hand on drawn façades."""
@@ -19,7 +20,7 @@ def overlap(a: IntArray, b: IntArray) -> tuple[FloatArray, FloatArray]:
         for k in (0, 1)
     )
     both = (wide * tall).astype(np.float64)
-    area_a, area_b = ((x[:, 2] - x[:, 0]) * (x[:, 3] - x[:, 1]) for x in (a, b))
+    area_a, area_b = box_areas(a), box_areas(b)
     return both / np.maximum(area_a[:, None] + area_b[None] - both, 1), both / np.maximum(
         np.minimum(area_a[:, None], area_b[None]), 1
     )

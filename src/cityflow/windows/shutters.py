@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
-from cityflow.windows.box_edges import Edges, box_sums, completeness, integral
+from cityflow.windows.box_edges import Edges, box_areas, box_sums, completeness, integral
 from cityflow.windows.candidates import ALIGN_M, Candidates, measured, sized
 from cityflow.windows.facade_picture import Picture
 from cityflow.windows.proposals import WHOLE
@@ -195,8 +195,7 @@ def _across(boxes: IntArray, values: Float32Array, side: int, size: int) -> Floa
         ends = np.sort(np.stack([boxes[:, side] + way * near, boxes[:, side] + way * far]), axis=0)
         strip[:, 1], strip[:, 3] = ends
         strip[:, [1, 3]] = np.clip(strip[:, [1, 3]], 0, values.shape[0] - 1)
-        area = (strip[:, 2] - strip[:, 0]) * (strip[:, 3] - strip[:, 1])
-        strips.append(box_sums(values, strip) / np.maximum(area, 1))
+        strips.append(box_sums(values, strip) / np.maximum(box_areas(strip), 1))
     return strips[0] - strips[1]
 
 

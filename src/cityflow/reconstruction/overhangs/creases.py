@@ -84,8 +84,8 @@ def corners_on_creases(rims: Sequence[RimEdge], creases: Sequence[Crease]) -> li
         tip = meeting(one, two.moved(two.start), two.along, one.moved(one.end))
         near = [shapely.get_coordinates(shapely.shortest_line(shapely.Point(tip), c.line))[1] for c in creases]
         deep = FARTHEST * max(one.reach, two.reach)
-        near = [place for place, c in zip(near, creases, strict=True) if np.hypot(*(place - c.start)) <= deep]
-        apart = [float(np.hypot(*(place - tip))) for place in near]
+        near = [place for place, c in zip(near, creases, strict=True) if _apart(place, c.start) <= deep]
+        apart = [_apart(place, tip) for place in near]
         if apart and min(apart) <= TO_TIP_M:
             moved.append((tip, near[int(np.argmin(apart))]))
     return moved
@@ -97,7 +97,7 @@ def up_to_corners(creases: Sequence[Crease], moved: Sequence[tuple[FloatArray, F
     ended = []
     for crease in creases:
         on = [p for p in places if shapely.distance(shapely.Point(p), crease.line) < ON_LINE_M]
-        first = min(on, key=lambda p: float(np.hypot(*(p - crease.start))), default=None)
+        first = min(on, key=lambda p: _apart(p, crease.start), default=None)
         ended.append(crease if first is None else replace(crease, line=LineString([crease.start, first])))
     return ended
 
@@ -126,18 +126,18 @@ def _beside(
     v = two.start
     a, b, c = plan.planes[one.face] - plan.planes[two.face]
     foot = v - (a * v[0] + b * v[1] + c) / (a * a + b * b) * np.array([a, b])
-    if np.hypot(*(foot - v)) > ASIDE_M:
+    if _apart(foot, v) > ASIDE_M:
         return None
     line = LineString([foot - 2 * ASIDE_M * way, foot + 2 * ASIDE_M * way])
     places = shapely.get_coordinates(shapely.intersection(line, shapely.boundary(building)))
     leaving = [
         p
         for p in places
-        if np.hypot(*(p - v)) <= 2 * ASIDE_M
+        if _apart(p, v) <= 2 * ASIDE_M
         and not shapely.intersects_xy(building, *(p + OUT_OF_WALL_M * way))
         and shapely.intersects_xy(building, *(p - OUT_OF_WALL_M * way))
     ]
-    return min(leaving, key=lambda p: float(np.hypot(*(p - v)))) if leaving else None
+    return min(leaving, key=lambda p: _apart(p, v)) if leaving else None
 
 
 def _between(one: RimEdge, two: RimEdge) -> FloatArray:
@@ -150,3 +150,9 @@ def _between(one: RimEdge, two: RimEdge) -> FloatArray:
         way = one.outward + two.outward
         length = float(np.hypot(*way))
     return np.asarray(way / length)
+
+
+def _apart(one: FloatArray, other: FloatArray) -> float:
+    """Distance of two points of the plan, metres."""
+    way: FloatArray = other - one
+    return float(np.hypot(way[0], way[1]))

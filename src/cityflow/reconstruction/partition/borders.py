@@ -48,7 +48,8 @@ def find_borders(segments: PlaneSegments, reach: float, gap: float) -> Borders:
     on_plane = segments.labels >= 0
     xy, labels = _thinned(segments.points[on_plane, :2], segments.labels[on_plane])
     pairs = np.concatenate([_near_pairs(xy, reach), _delaunay_pairs(xy)])
-    pairs = pairs[labels[pairs[:, 0]] != labels[pairs[:, 1]]]
+    one, other = labels[pairs[:, 0]], labels[pairs[:, 1]]
+    pairs = pairs[one != other]
     distance = np.hypot(*(xy[pairs[:, 0]] - xy[pairs[:, 1]]).T)
     near = distance <= max(reach, gap)
     pairs, distance = np.concatenate([pairs[near], pairs[near, ::-1]]), np.tile(distance[near], 2)

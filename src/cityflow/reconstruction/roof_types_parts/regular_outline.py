@@ -76,7 +76,8 @@ def regular_outline(outline: Polygon, sides: Sides, rim: Rim, parameters: Regula
 
 def _off_square(angle: FloatArray, main: float) -> FloatArray:
     """Signed turn from the nearest main direction, radians."""
-    return np.asarray((angle - main + math.pi / 4) % (math.pi / 2) - math.pi / 4)
+    turn: FloatArray = angle - main + math.pi / 4
+    return turn % (math.pi / 2) - math.pi / 4
 
 
 def _direction(sides: Sides, lines: RoofLines) -> float:

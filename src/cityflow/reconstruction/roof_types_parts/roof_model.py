@@ -183,8 +183,8 @@ def _neighbours(model: RoofModel, outline: Polygon) -> IntArray:
         (label[:-1, 1:], label[1:, :-1]),
     ]
     both = np.concatenate([np.stack([a.ravel(), b.ravel()], axis=1) for a, b in pairs])
-    both = np.sort(both[both[:, 0] != both[:, 1]], axis=1)
-    return np.unique(both, axis=0).reshape(-1, 2)
+    unlike: IntArray = both[both[:, 0] != both[:, 1]]
+    return np.unique(np.sort(unlike, axis=1), axis=0).reshape(-1, 2)
 
 
 def _unlike(lines: FloatArray) -> list[tuple[float, float, float]]:

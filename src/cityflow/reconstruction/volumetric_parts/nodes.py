@@ -83,7 +83,8 @@ def neighbouring_surfaces(segments: PlaneSegments, cell: float) -> IntArray:
             has = first + k < last
             pairs.append(np.stack([label[has], label[first[has] + k]], axis=1))
     found = np.sort(np.concatenate(pairs), axis=1) if pairs else np.empty((0, 2), np.int64)
-    return np.asarray(np.unique(found[found[:, 0] < found[:, 1]], axis=0))
+    rising: IntArray = found[found[:, 0] < found[:, 1]]
+    return np.unique(rising, axis=0)
 
 
 def triplets_of(pairs: IntArray, count: int) -> IntArray:

@@ -148,7 +148,7 @@ def _is_under_roof(facade: Facade, division: Subdivision, surface: dict[int, int
         cell = points_in_cells(division, numbers, px, py)
         inside = cell >= 0
         top = np.full(len(t), -np.inf)
-        plane = planes[[surface[numbers[c]] for c in cell[inside]]].reshape(-1, 3)
+        plane: FloatArray = planes[[surface[numbers[c]] for c in cell[inside]]].reshape(-1, 3)
         top[inside] = plane[:, 0] * px[inside] + plane[:, 1] * py[inside] + plane[:, 2]
         if np.mean(top >= facade.high + LEAST_COVER) < 0.6:
             return False
