@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
-from cityflow.reporting import model_pictures, outline_pictures, raster_pictures, unit_pages
+from cityflow.flow.store import Store
+from cityflow.reporting import model_pictures, outline_pictures, pictures, raster_pictures, run_report, unit_pages
 from cityflow.viewer import side_view
 
 SMALL_PICTURES = (
@@ -20,6 +22,15 @@ def draw_small(patch: pytest.MonkeyPatch) -> None:
     """As long as the patch lasts."""
     for module, name, pixels in SMALL_PICTURES:
         patch.setattr(module, name, pixels)
+
+
+def draw_once(patch: pytest.MonkeyPatch) -> None:
+    """Pictures of the city only in the first report of each RUN, not after each command upon it: they take a third of the command's own time."""
+
+    def first(store: Store, *given: Any) -> pictures.RunPictures:
+        return pictures.RunPictures() if store.exists("report.html") else pictures.run_pictures(store, *given)
+
+    patch.setattr(run_report, "run_pictures", first)
 
 
 @pytest.fixture(autouse=True, scope="module")

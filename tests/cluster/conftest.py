@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cluster.small_city import S3, Commands, SmallCity, make_city
+from cluster.small_city import S3, WEST_AREA, Commands, SmallCity, make_city
 from cluster.small_flight import SmallFlight, make_flight
 from flow.conftest import free_port
 from flow.processes import Cluster
@@ -48,6 +48,14 @@ def fifty_run(small_city: SmallCity, cityflow: Commands, tmp_path_factory: pytes
     """The same with tiles of 50 m and index cells of 25 m; read only."""
     run = tmp_path_factory.mktemp("fifty") / "run"
     cityflow.run(small_city, run, "--set", "tiles.tile_m=50", "--set", "tiles.index_cell_m=25")
+    return run
+
+
+@pytest.fixture(scope="session")
+def west_run(small_city: SmallCity, cityflow: Commands, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished run of an area of the small town; read only."""
+    run = tmp_path_factory.mktemp("west") / "run"
+    cityflow.run(small_city, run, *WEST_AREA)
     return run
 
 

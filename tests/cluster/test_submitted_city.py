@@ -11,16 +11,25 @@ import pytest
 from cityflow.flow.driver_note import Phase, read_note
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
-from cluster.small_city import Commands, SmallCity, contents
+from cluster.small_city import WEST_AREA, Commands, SmallCity, contents
 
 pytestmark = pytest.mark.cluster
 
 
 def test_a_submitted_city_is_the_same_and_is_watched(
-    small_city: SmallCity, small_run: Path, cityflow: Commands, tmp_path: Path
+    small_city: SmallCity, west_run: Path, cityflow: Commands, tmp_path: Path
 ) -> None:
     run = tmp_path / "run"
-    words = (small_city.workflow, "--scheduler", cityflow.scheduler, "--catalog", small_city.catalog, "--out", run)
+    words = (
+        small_city.workflow,
+        "--scheduler",
+        cityflow.scheduler,
+        "--catalog",
+        small_city.catalog,
+        "--out",
+        run,
+        *WEST_AREA,
+    )
     done = cityflow("submit", *words, "--set", "report.pages.failed=0", "--performance-report")
     assert done.code == 0, done.text
     assert f"cityflow status {run} --watch" in done.out
@@ -34,7 +43,7 @@ def test_a_submitted_city_is_the_same_and_is_watched(
     note = read_note(Store.open(run))
     assert note is not None
     assert note.phase is Phase.ENDED
-    assert contents(run) == contents(small_run)
+    assert contents(run) == contents(west_run)
     ends = time.monotonic() + 30
     while "Report: " not in (run / "driver.log").read_text():  # its process ends after the run
         assert time.monotonic() < ends
@@ -48,7 +57,7 @@ def test_a_submitted_city_is_the_same_and_is_watched(
     cityflow("status", run, "--watch")
     with Ledger.open(Store.open(run)) as ledger:
         assert len(ledger.attempts("reconstruct", unit)) == 2
-    assert contents(run) == contents(small_run)
+    assert contents(run) == contents(west_run)
     none = cityflow("rerun", run, "--failed", "--stage", "export", "--scheduler", cityflow.scheduler, "--submit")
     assert "Nothing to run again: no unit of the stage export has failed." in none.out
     nothing = cityflow("cancel", run)
