@@ -196,9 +196,9 @@ class Commands:
         with pytest.MonkeyPatch.context() as patch, redirect_stdout(out_text), redirect_stderr(err_text):
             patch.setattr(sys, "argv", ["cityflow", *words])
             patch.setattr(options, "console", Console(width=240, file=out_text))
+            draw_once(patch)
             if self.has_small_pictures:
                 draw_small(patch)
-                draw_once(patch)
             with pytest.raises(SystemExit) as ended:
                 cli.main()
         out, err = out_text.getvalue(), err_text.getvalue()

@@ -24,7 +24,7 @@ def test_first_attempt_is_valid(name: str) -> None:
     assert check_polyhedron(built.solid) == []
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_planes_without_sense_give_a_valid_solid(seed: int) -> None:
     """Random planes and half-random labels over a courtyard block: whatever is cut, the solid is closed."""
     case = CASES["courtyard"]
