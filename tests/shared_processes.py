@@ -11,30 +11,7 @@ from pathlib import Path
 from xdist.scheduler import LoadFileScheduling
 
 TOGETHER = {
-    "a town on a cluster": (
-        "cluster/test_bad_input.py",
-        "cluster/test_changed_requests.py",
-        "cluster/test_damaged_files.py",
-        "cluster/test_finished.py",
-        "cluster/test_join.py",
-        "cluster/test_tilings.py",
-    ),
-    "the same town on another cluster": (
-        "cluster/test_interrupted.py",
-        "cluster/test_listed_city.py",
-        "cluster/test_object_store.py",
-        "cluster/test_only_looking.py",
-        "cluster/test_submitted_city.py",
-        "cluster/test_textured_city.py",
-        "cluster/test_update.py",
-    ),
-    "surveys on a cluster": (
-        "cluster/test_delft_run.py",
-        "cluster/test_frommholz_2017.py",
-        "cluster/test_images.py",
-        "cluster/test_settled_poses.py",
-        "cluster/test_tile_places.py",
-    ),
+    "towns and surveys on a cluster": ("cluster",),
     "clusters that are killed": ("flow/test_cluster.py", "flow/test_spread.py"),
     "toy tasks": ("flow/test_drafts.py", "flow/test_executor.py"),
     "an object store": (
