@@ -14,7 +14,7 @@ def test_it_gives_back_what_the_action_returns_or_raises() -> None:
         quietly(lambda: int("no such"))
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has this")
+@pytest.mark.skipif(sys.platform != "linux", reason="waiting for a core is counted otherwise")
 def test_only_the_action_gives_way() -> None:
     before = os.sched_getscheduler(0)
     assert quietly(lambda: os.sched_getscheduler(0)) == os.SCHED_BATCH
