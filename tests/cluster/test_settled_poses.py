@@ -18,7 +18,8 @@ from cityflow.errors import RunError
 from cityflow.flow.heartbeat import Heartbeat
 from cityflow.flow.talk import Talk
 from cityflow.io.catalog.stac import read_catalog
-from cityflow.reporting.poses_words import lines_before, lines_of_pose
+from cityflow.reporting.pose_words import lines_of_pose
+from cityflow.reporting.poses_words import lines_before
 from cityflow.runs.first_look import is_orientation
 from cityflow.runs.poses_note import NOTE, read_note
 from cityflow.runs.prepare import Prepared, prepared

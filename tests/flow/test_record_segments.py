@@ -459,3 +459,15 @@ def test_rows_are_in_the_order_of_key_attempt_and_start(kinds: int) -> None:
     started = drawn.integers(0, 3, 2000).astype(np.float64)
     assert ordered(key, attempt, started).tolist() == np.lexsort((started, attempt, key)).tolist()
     assert ordered(key[:0], attempt[:0], started[:0]).tolist() == []
+
+
+def test_a_run_without_segments_is_looked_at_without_pandas(store: Store) -> None:
+    """It takes longer to import than all that `status` of such a run does."""
+    words = (
+        "import sys; from cityflow.flow.ledger import Ledger; from cityflow.flow.store import Store\n"
+        "from cityflow.flow.some_units import SomeUnits\n"
+        f"with Ledger.open(Store.open({store.root!r})) as ledger:\n"
+        "    print(ledger.units('toy'), ledger.stages(), ledger.tally('toy', SomeUnits.only(['a'])).records, 'pandas' in sys.modules)\n"
+    )
+    found = subprocess.run([sys.executable, "-c", words], capture_output=True, text=True, check=True).stdout
+    assert found.strip() == "[] [] 0 False"

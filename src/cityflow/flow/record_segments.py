@@ -48,6 +48,11 @@ SCHEMA = pa.schema([
 ])  # fmt: skip
 
 
+def no_rows() -> Any:
+    """An empty table; `SCHEMA.empty_table` imports pandas, which takes longer than `status` of most runs."""
+    return pa.Table.from_batches([], SCHEMA)
+
+
 @dataclass(frozen=True, slots=True)
 class Frame:
     """Where a frame lies in its segment, and its bytes when it is unpacked."""

@@ -21,6 +21,7 @@ from cityflow.flow.record_segments import (
     checksum,
     key_of,
     lines_path,
+    no_rows,
     rebuilt,
     segment_of,
     unpacked,
@@ -134,7 +135,7 @@ class Joined:
     def newest(self, stage: str | None = None) -> tuple[Rows, IntArray]:
         """A table and those of its rows that are the newest of their units."""
         parts = self._all()
-        rows = parts[0] if parts else Rows(SCHEMA.empty_table())
+        rows = parts[0] if parts else Rows(no_rows())
         return rows, rows.newest(stage)
 
     def as_stored(self, found: IntArray) -> Iterator[tuple[str, Record | None]]:
@@ -190,7 +191,7 @@ class Joined:
         if files.tables:
             self.problems[name] = f"{files.tables[0]} is damaged"
         if files.lines is None:
-            return Segment(name, (), SCHEMA.empty_table())
+            return Segment(name, (), no_rows())
         data = self._files.lines(name)
         if checksum(data) != name:
             self.problems[name] = f"{lines_path(name)} is damaged"

@@ -123,7 +123,7 @@ class Rows:
 
     def among(self, rows: IntArray, units: SomeUnits) -> IntArray:
         """Those of some rows that are of these units."""
-        if units.all_but and not units.names:
+        if not len(rows) or (units.all_but and not units.names):
             return rows
         found = pc.is_in(self.table["unit"].take(pa.array(rows)), pa.array(units.names, pa.string())).to_numpy()
         return rows[found != units.all_but]
@@ -158,7 +158,7 @@ class Rows:
 
     def names(self, rows: IntArray) -> list[str]:
         """Units of some rows."""
-        names: list[str] = self.table["unit"].take(pa.array(rows)).to_pylist()
+        names: list[str] = self.table["unit"].take(pa.array(rows)).to_pylist() if len(rows) else []
         return names
 
     def told(self, rows: IntArray) -> Iterator[Row]:
@@ -194,9 +194,16 @@ STATUS = {str(status): status for status in Status}
 
 def column(table: Any, name: str) -> np.ndarray:
     """A column of numbers, without a copy where it is in one piece."""
-    chunked = table[name]
-    values: np.ndarray = (chunked.chunk(0) if chunked.num_chunks == 1 else chunked).to_numpy()
-    return values
+    pieces = [numbers(piece) for piece in table[name].chunks]
+    return pieces[0] if len(pieces) == 1 else np.concatenate([np.empty(0, table[name].type.to_pandas_dtype()), *pieces])
+
+
+def numbers(values: Any) -> np.ndarray:
+    """An array of Arrow's with numbers as one of numpy's, without a copy: Arrow's own way imports pandas, which takes longer than `status` of most runs."""
+    if values.null_count:
+        raise ValueError("a number is missing")
+    kind, buffer = np.dtype(values.type.to_pandas_dtype()), values.buffers()[1]
+    return np.frombuffer(buffer, kind, len(values), values.offset * kind.itemsize) if len(values) else np.empty(0, kind)
 
 
 class Words(NamedTuple):
@@ -208,10 +215,12 @@ class Words(NamedTuple):
 
 def words(table: Any, name: str) -> Words:
     """One that says the same thing many times."""
+    if not len(table):
+        return Words(np.empty(0, np.int32), [])
     found = table[name].combine_chunks()
     found = found if pa.types.is_dictionary(found.type) else found.dictionary_encode()
     found = found.combine_chunks() if isinstance(found, pa.ChunkedArray) else found
-    return Words(found.indices.to_numpy(), found.dictionary.to_pylist())
+    return Words(numbers(found.indices), found.dictionary.to_pylist())
 
 
 def merged(parts: Sequence[Any]) -> Rows:

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
-
-from cityflow.handover.oriented import of_json
 from cityflow.io.tables.feature_ids import listing
 from cityflow.reporting.adjustment_words import described
 from cityflow.runs.poses_note import SettledPoses
 from cityflow.viewer.image_rows import PosesRow
-
-if TYPE_CHECKING:
-    from cityflow.io.catalog.stac_assets import Catalog
 
 ANEW = "the next run tries again"
 
@@ -67,23 +61,3 @@ def _of_sample(sample: Mapping[str, Any]) -> str:
     if sample["significant"]:
         return f"Given poses contradict each other by {parallax}: about {sample['nmad_gsd']:.1f} GSD of noise in the surface"
     return f"Poses are taken as given: they contradict each other by {parallax}, which is not significant"
-
-
-def lines_of_pose(found: SettledPoses, name: str, given: Catalog) -> Iterator[str]:
-    """How the pose of an image was adjusted; nothing where it was not.
-
-    Parameters
-    ----------
-    given : with the poses of before
-    """
-    rows = [i for i in (found.block or {}).get("images", ()) if i["name"] == name] if found.refined else []
-    before = next((a.oriented for a in given.images if a.name == name), None)
-    if not rows or before is None:
-        return
-    row, after = rows[0], of_json(rows[0])
-    turn = (np.trace(after.rotation @ before.rotation.T) - 1) / 2
-    angle, move = np.degrees(np.arccos(np.clip(turn, -1, 1))), np.linalg.norm(after.centre - before.centre)
-    yield (
-        f"pose refined: moved by {move * 100:.1f} cm and turned by {angle:.4f}° by {row['observations']} observations, exact to {row['sigma_px']:.2f} px "
-        f"(orientation.json)"
-    )

@@ -23,7 +23,7 @@ from cityflow.handover.window_files import wall_lines
 from cityflow.io.city_models.cityjson import read_feature
 from cityflow.pipeline.pipeline import STAGES
 from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS
-from cityflow.reporting.poses_words import lines_of_pose
+from cityflow.reporting.pose_words import lines_of_pose
 from cityflow.reporting.score_parts import ScoreParts, score_parts
 from cityflow.runs.differences import changed
 from cityflow.runs.overrides import read_overrides
