@@ -116,8 +116,9 @@ export class Corrections {
     if (!outline) return;
     const [ring, ...holes] = outline.rings;
     const [x, y, z] = unit.place;
-    const ridge = known.attributes?.ridge_height_m;
-    const top = typeof ridge === 'number' ? toPage(this.page.about, [...ring[0], ridge])[2] : z;
+    // where the roof meets the walls: at another height the outline would lie beside the edges that one sees
+    const eaves = known.attributes?.eave_height_m;
+    const top = typeof eaves === 'number' ? toPage(this.page.about, [...ring[0], eaves])[2] : z;
     this.page.stage.look([x, y - 0.01, top + Math.max(30, 1.6 * unit.size)], [x, y, top]);
     const drawn = this.page.desk.state.edits.find((edit) => (edit.layer === 'locked' || edit.layer === 'outlines') && edit.value === id && edit.edit);
     this.page.drawing.move(ring, top, (moved) => this.#post({ layer: 'locked', rings: [moved, ...holes], value: id, replaces: drawn?.edit ?? '' }));
@@ -127,6 +128,7 @@ export class Corrections {
   async #unborder() {
     const { layers, stage } = this.page;
     if (!this.page.about.layers.cuts) return say('No outline of this run was cut.');
+    this.page.drawing.stop();
     const box = byId('layer-cuts');
     if (!box.checked) box.click();
     say('Click the border that is wrong. Esc ends.');

@@ -54,6 +54,7 @@ export class Drawing {
 
   #begin(mode, hint, done, hasButton = false) {
     this.stop();
+    this.page.taking = null; // a border that was to be removed: clicks are of what is drawn now
     Object.assign(this, { mode, done, places: [], height: null });
     const save = hasButton ? element('button', { type: 'button', id: 'desk-save', onclick: () => this.#save() }, 'Save') : null;
     this.bar.replaceChildren(element('span', {}, hint, ' '), ...[save, element('button', { type: 'button', onclick: () => this.stop() }, 'Cancel')].filter(Boolean));

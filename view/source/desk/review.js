@@ -1,5 +1,6 @@
 // The review list: buildings by what a look at them is worth, with filters; next and previous by key.
 import { STATUS, VERDICT } from '../colours.js';
+import { words } from '../attributes.js';
 import { element, percent, say } from '../elements.js';
 import { isTyping } from './before.js';
 import { attempt } from './desk.js';
@@ -38,7 +39,7 @@ export class Review {
   async read() {
     this.rows = await this.page.desk.get('review');
     fill(this.tile, this.rows.map(({ tile }) => tile));
-    fill(this.method, this.rows.map(({ method }) => method));
+    fill(this.method, this.rows.map(({ method }) => method), words);
     this.#filter();
   }
 
@@ -144,9 +145,9 @@ export class Review {
   }
 }
 
-function fill(label, values) {
+function fill(label, values, told = String) {
   const select = label.querySelector('select');
   const chosen = select.value;
   const found = [...new Set(values)].filter(Boolean).sort();
-  select.replaceChildren(element('option', { value: '' }, 'all'), ...found.map((value) => element('option', { value, selected: value === chosen }, value.replaceAll('_', ' '))));
+  select.replaceChildren(element('option', { value: '' }, 'all'), ...found.map((value) => element('option', { value, selected: value === chosen }, told(value))));
 }
