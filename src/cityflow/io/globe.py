@@ -133,6 +133,12 @@ def globe_of(reference: Reference, bounds: Bounds) -> Globe | None:
     CatalogError
         Where PROJ knows no transformation.
     """
+    return _globe_of(reference, (*bounds,))
+
+
+@lru_cache(maxsize=8)
+def _globe_of(reference: Reference, bounds: Bounds) -> Globe | None:
+    """Every tile of a city, its report and its view ask for the same, and PROJ looks for it in its register each time: 30 ms."""
     horizontal = horizontal_crs(reference)
     if horizontal is None:
         return None
