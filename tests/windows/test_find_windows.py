@@ -58,7 +58,9 @@ def test_windows_of_every_style_are_found(style: str) -> None:
     counts = []
     for _ in range(4):
         drawn = draw_facade(style, replace(CLEAR, exposure=float(rng.uniform(0.7, 1.2))), rng)  # type: ignore[arg-type]
-        counts.append(counted(drawn, find_windows(*textured(drawn), P)))
+        found = find_windows(*textured(drawn), P)
+        assert found.reason == "", "never said to be of glass"
+        counts.append(counted(drawn, found))
     whole = total(counts)
     assert whole.true >= 10
     assert whole.recall >= 0.85
@@ -90,7 +92,9 @@ def test_windows_are_found_among_what_misleads(style: str) -> None:
     counts = []
     for _ in range(3):
         drawn = draw_hard_facade(style, CLEAR, rng)
-        counts.append(counted(drawn, find_windows(*textured(drawn), P)))
+        found = find_windows(*textured(drawn), P)
+        assert found.reason == "", "never said to be of glass"
+        counts.append(counted(drawn, found))
     whole = total(counts)
     assert whole.true >= 8
     assert whole.precision >= 0.8
@@ -308,12 +312,10 @@ def test_facades_of_glass_say_so_and_no_ratio(style: str, least: int) -> None:
     assert all(f.window_to_wall is None and not f.openings for f in refused)
 
 
-@pytest.mark.parametrize("style", ["plain", "shutters", "cornices", "slabs", "shops"])
-def test_walls_with_windows_are_never_said_to_be_of_glass(style: str) -> None:
+def test_shops_are_never_said_to_be_of_glass() -> None:
     rng = np.random.default_rng(14)
     for _ in range(4):
-        drawn = draw_hard_facade(style, CLEAR, rng) if style in HARD else draw_facade(style, CLEAR, rng)  # type: ignore[arg-type]
-        assert find_windows(*textured(drawn), P).reason == ""
+        assert find_windows(*textured(draw_hard_facade("shops", CLEAR, rng)), P).reason == ""
 
 
 def test_many_windows_that_are_nearly_sure_speak_against_glass() -> None:
