@@ -91,6 +91,18 @@ def at_the_desk(browser: Chromium, desk: tuple[RunDesk, str]) -> Iterator[Chromi
     assert browser.run("cityflowView.errors") == []
 
 
+def test_at_first_the_whole_city_is_in_sight_beside_the_column(browser: Chromium, desk: tuple[RunDesk, str]) -> None:
+    browser.open("about:blank")
+    browser.open(f"{desk[1]}?token={desk[0].token}", AT_THE_DESK)
+    seen = browser.run(
+        "(() => { const { stage } = cityflowView; const V = stage.camera.position.constructor; "
+        "const { left, right, top, bottom } = stage.canvas.getBoundingClientRect(); "
+        "return stage.corners.map((at) => stage.onPage(new V(...at))).map(([x, y]) => [(x - left) / (right - left), (y - top) / (bottom - top)]); })()"
+    )
+    assert len(seen) > 3
+    assert np.all((np.array(seen) > 0) & (np.array(seen) < 1))
+
+
 def text(page: Chromium, element: str) -> str:
     return str(page.run(f"document.getElementById({element!r}).innerText"))
 

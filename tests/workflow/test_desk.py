@@ -25,6 +25,8 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.records import newest_file, write_record
 from cityflow.flow.store import Store
 from cityflow.io.tables.edits_gpkg import read_edits
+from cityflow.reporting.desk_list import DeskList
+from cityflow.reporting.view_tiles import UNITS
 from cityflow.runs.asked import read_asked
 from cityflow.runs.current import known_records
 from cityflow.runs.desk_notes import NOTES
@@ -89,6 +91,17 @@ def test_the_list_begins_with_what_is_worth_a_look(desk: RunDesk) -> None:
     assert rows[0]["reason"]
     assert {r["tile"] for r in rows} == {"900_4600", "901_4600", "_"}, "a refused outline belongs to no tile"
     assert all(r["reason"] or r["verdict"] == Verdict.GOOD for r in rows)
+
+
+def test_a_row_says_which_edit_could_not_be_carried_out(folder: Path, tmp_path: Path) -> None:
+    copy = Path(shutil.copytree(folder, tmp_path / "copy"))
+    path = next(p for p in (copy / UNITS).iterdir() if town.GABLE in json.loads(p.read_text()))
+    known = json.loads(path.read_text())
+    known[town.GABLE] |= {"reason": "no roof of that type fits", "verdict_reason": "points are far off"}
+    path.write_text(json.dumps(known))
+    row = DeskList(Store.open(copy)).row(town.GABLE)
+    assert row is not None
+    assert row["reason"].startswith("no roof of that type fits; points are far off")
 
 
 def test_another_run_and_the_state_before_an_update_are_compared(desk: RunDesk, folder: Path, tmp_path: Path) -> None:

@@ -51,6 +51,7 @@ async function start() {
   }
   const [about, index, served] = await reading;
   const desk = served.desk ? openDesk() : null;
+  if (desk) stage.resize(); // the column is beside it from now on
   if (!about.sets.rectified && !about.sets.raw) {
     if (desk) return watchOnly(desk);
     return giveUp('This run has no 3D Tiles: either nothing has been exported yet, or it was made by an earlier version. Run the workflow again, and then `cityflow view RUN`.');
