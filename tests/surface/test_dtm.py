@@ -101,3 +101,28 @@ def test_a_row_of_houses_that_the_survey_cuts_through_is_no_terrain(slope: float
         found = estimate_dtm(PointCloud.of(_ends(slope, house, seed)), np.empty(0), grid, p)[40:120]
         _, y = grid.centres()
         assert np.abs(found - slope * y[40:120]).max() < (0.3 + abs(slope) * 6 if house else 0.3)
+
+
+def _smeared(slope: float, seed: int) -> np.ndarray:
+    """(N, 3) points of a slope with a house of 20 m by 12 m, 6 m high, at whose walls matching has raised the last 80 cm of the ground by up to 40 cm; beside it
+    an alley of 1.5 m and a wall."""
+    rng = np.random.default_rng(seed)
+    xy = rng.uniform(0, 80, (200_000, 2))
+    beyond = np.maximum(np.abs(xy[:, 0] - 40) - 10, np.abs(xy[:, 1] - 40) - 6)
+    house = (beyond < 0) | ((np.abs(xy[:, 1] - 48.5) < 1.0) & (np.abs(xy[:, 0] - 40) < 10))
+    z = slope * xy[:, 1] + 0.4 * np.clip(1 - beyond / 0.8, 0, 1) ** 2 + rng.normal(0, 0.03, len(xy))
+    return np.column_stack([xy, np.where(house, slope * xy[:, 1] + 6.0, z)])
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("slope", [0.0, 0.1])
+def test_the_terrain_under_a_house_does_not_rise_with_its_smeared_walls(slope: float, seed: int) -> None:
+    p, grid = ImageSurfaceParameters().dtm.morphological, Grid.covering((0.0, 0.0, 80.0, 80.0), 0.5)
+    found = estimate_dtm(PointCloud.of(_smeared(slope, seed)), np.empty(0), grid, p)
+    x, y = grid.centres()
+    off = found - slope * y
+    under = (np.abs(x - 40) < 10) & (np.abs(y - 40) < 6)
+    assert np.abs(off[under]).max() < 0.1
+    assert np.abs(np.median(off[under])) < 0.03
+    alley = (np.abs(y - 46.75) < 0.5) & (np.abs(x - 40) < 8)
+    assert np.abs(off[alley]).max() < 0.45

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 from pydantic import Field
-from scipy.ndimage import grey_opening, maximum_filter, minimum_filter
+from scipy.ndimage import binary_dilation, grey_opening, label, maximum_filter, minimum_filter
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Grid
@@ -17,7 +17,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
 from cityflow.surface.gridding import bridge_gaps, mirrored_beyond
 from cityflow.surface.ground_points import WORK_CELL_M, lowest_surface, refine, work_grid
-from cityflow.surface.rasterise import count_points
+from cityflow.surface.rasterise import cell_of, count_points
 from cityflow.surface.smooth_regions import smooth_regions
 from cityflow.surface.surveyed import SurveyedParameters, closed
 from cityflow.surface.terraces import TerraceRule, without_terraces
@@ -91,8 +91,31 @@ def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: Mo
     objects = without_terrain(low, objects_by_opening(low, parameters), measured, parameters)
     if parameters.rise_m is None:  # the walls of others are smeared, and look like ways up
         objects = without_terraces(low, objects, _rule(parameters))
-    rough = bridge_gaps(np.where(objects | ~measured, np.nan, low), work)
+    ground = measured & ~objects
+    if parameters.rise_m is not None:
+        off = _off_walls(ground, objects, low, parameters.rise_m)
+        points, ground = points.take(~_in_cells(points, ground & ~off, work)), off
+    rough = bridge_gaps(np.where(ground, low, np.nan), work)
     return refine(points, rough, work, grid, (NEAR_M, NEAR_SLOPE))
+
+
+def _off_walls(ground: BoolArray, objects: BoolArray, low: FloatArray, rise_m: float) -> BoolArray:
+    """Ground without the cells beside objects that rise by more than `rise_m` within two cells, whose smeared walls raise it.
+
+    A strip of ground so narrow that nothing else would be left of it keeps them.
+    """
+    square = np.ones((3, 3), bool)
+    tops = maximum_filter(np.where(objects, low, -np.inf), size=5)
+    inner = ground & ~(binary_dilation(objects, square) & (tops - low > rise_m))
+    strips, _ = label(ground, square)
+    return np.asarray(inner | (ground & ~np.isin(strips, np.unique(strips[inner]))))
+
+
+def _in_cells(points: PointCloud, cells: BoolArray, grid: Grid) -> BoolArray:
+    """(N,) which points are in the marked cells."""
+    cell, inside = cell_of(points, grid)
+    inside[inside] = cells.ravel()[cell]
+    return inside
 
 
 def _rule(p: MorphologicalParameters) -> TerraceRule:

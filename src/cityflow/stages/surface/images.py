@@ -43,7 +43,7 @@ from cityflow.survey.surface_source import OVERVIEW, ZARR
 from cityflow.survey.survey import Survey
 
 NAME = "surface"
-VERSION = 14
+VERSION = 15
 PIECE_SCALE_M = 0.001
 """Coordinates of the files are whole millimetres."""
 
