@@ -6,6 +6,7 @@ import json
 import pickle
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -36,16 +37,17 @@ HEIGHTS = (10.0, 35.0)
 
 
 def catalog(area: Bounds = AREA, cameras: str = "five_cameras") -> Catalog:
-    flown = plan_flight(area, HEIGHTS[0], preset(cameras, width_px=1200, height_px=900, forward_overlap=0.6))
+    shot = plan_flight(area, HEIGHTS[0], preset(cameras, width_px=1200, height_px=900, forward_overlap=0.6))
     images = tuple(
         ImageAsset(i.name, f"{i.name}.jpg", f"{k:064d}", 1, footprint(View(i, HEIGHTS)).bounds, i, HEIGHTS)
-        for k, i in enumerate(flown)
+        for k, i in enumerate(shot)
     )
     return Catalog("", "flight", Reference("EPSG:28992", 28992, None, ""), "", "", (), images=images)
 
 
-CATALOG = catalog()
-SOURCE = CitySource(CATALOG, CityParameters(tiles=TileParameters(tile_m=100.0)))
+@cache
+def flown() -> Catalog:
+    return catalog()
 
 
 def parameters(tile_m: float = 100.0) -> CityParameters:
@@ -128,7 +130,7 @@ def drafted_through(source: CitySource, seed: int, failed: Sequence[str] = ()) -
 
 
 def test_tasks_that_are_drafted_while_their_inputs_are_at_work_are_the_same(whole: list[Task]) -> None:
-    ended, drafts = drafted_through(CitySource(CATALOG, parameters()), 1)
+    ended, drafts = drafted_through(CitySource(flown(), parameters()), 1)
     assert {t.name: t for t in ended} == {t.name: t for t in whole}
     assert len(ended) == len(whole)
     stages = ("match", "fuse", "surface", "ortho", "frame", "walls", "outline")
@@ -139,8 +141,8 @@ def test_tasks_that_are_drafted_know_what_has_failed(whole: list[Task]) -> None:
     area, tile = Area(shapely.box(1010, 2010, 1060, 2060)), "10_20"
     match = next(t for t in whole if t.stage == "match" and tile in over(t))
     failed = [f"ingest-{match.arguments['reference']}", f"fuse-{tile}", f"walls-{tile}"]
-    plain = run_through(CitySource(CATALOG, parameters(), area), 0, failed)
-    ended, _ = drafted_through(CitySource(CATALOG, parameters(), area), 1, failed)
+    plain = run_through(CitySource(flown(), parameters(), area), 0, failed)
+    ended, _ = drafted_through(CitySource(flown(), parameters(), area), 1, failed)
     assert {t.name: t for t in ended} == {t.name: t for t in plain}
     digests = {t.name: t.digest for t in whole}
     changed = {t.stage for t in plain if t.stage != "export" and t.digest != digests[t.name]}
@@ -149,13 +151,13 @@ def test_tasks_that_are_drafted_know_what_has_failed(whole: list[Task]) -> None:
 
 @pytest.fixture(scope="module")
 def whole() -> list[Task]:
-    return run_through(CitySource(CATALOG, parameters()))
+    return run_through(CitySource(flown(), parameters()))
 
 
 def test_a_tile_whose_depths_could_not_be_compared_is_named(whole: list[Task]) -> None:
     """Nothing is read of it, and whoever would have read it says so."""
     tile = "10_20"
-    tasks = run_through(CitySource(CATALOG, parameters()), 0, [f"fuse-{tile}"])
+    tasks = run_through(CitySource(flown(), parameters()), 0, [f"fuse-{tile}"])
     readers = [t for t in tasks if t.stage in ("walls", "frame") and tile in t.arguments["depths"]["missing"]]
     assert {t.stage for t in readers} == {"walls", "frame"}
     before = {t.name: t for t in whole}
@@ -167,7 +169,7 @@ def test_a_tile_whose_depths_could_not_be_compared_is_named(whole: list[Task]) -
 
 
 def test_outlines_are_forgotten_when_all_units_around_are_known() -> None:
-    source = CitySource(CATALOG, parameters())
+    source = CitySource(flown(), parameters())
     split = [t.unit for t in run_through(source, 3) if t.stage == "split"]
     city = source.city
     around = {tile: set(city.ring_of([tile])) for tile in city.survey.lattice.tiles}
@@ -188,7 +190,7 @@ def photographs_of(task: Task) -> list[str]:
 
 
 def test_models_are_held_against_the_images_that_show_them(whole: list[Task]) -> None:
-    place, views = {(t.stage, t.unit): i for i, t in enumerate(whole)}, {i.name: i.oriented for i in CATALOG.images}
+    place, views = {(t.stage, t.unit): i for i, t in enumerate(whole)}, {i.name: i.oriented for i in flown().images}
     models = [t for t in whole if t.stage == "reconstruct"]
     for task in models:
         bounds = next(e for t in whole if t.stage == "units" for e in [_entry(t)] if e["id"] == task.unit)["bounds"]
@@ -200,7 +202,7 @@ def test_models_are_held_against_the_images_that_show_them(whole: list[Task]) ->
     lost = photographs_of(seen)[0]
     again = {
         t.unit: t
-        for t in run_through(CitySource(CATALOG, parameters()), 0, [f"ingest-{lost}"])
+        for t in run_through(CitySource(flown(), parameters()), 0, [f"ingest-{lost}"])
         if t.stage == "reconstruct"
     }
     assert lost not in photographs_of(again[seen.unit])
@@ -229,13 +231,12 @@ def test_every_task_once_and_after_what_it_reads(whole: list[Task]) -> None:
     for task in by_stage["outline"]:
         assert all(place["walls", path.split("/")[2]] < place["outline", task.unit] for path in task.arguments["walls"])
         assert f"work/walls/{task.unit}/out" in task.arguments["walls"]
+    tilted = CitySource(flown(), parameters()).survey.images.tilted
     for task in by_stage["split"]:
         own = task.unit.removeprefix("house ")
         assert all(place[stage, own] < place["split", task.unit] for stage in ("surface", "ortho", "outline"))
-        assert {tree["frame"]["name"] for tree in task.arguments["frames"]} == {
-            f.name for f in SOURCE.survey.images.tilted.frames
-        }
-        over = SOURCE.survey.images.tilted.units_over([own])
+        assert {tree["frame"]["name"] for tree in task.arguments["frames"]} == {f.name for f in tilted.frames}
+        over = tilted.units_over([own])
         assert over
         assert all(place["frame", u] < place["split", task.unit] for u in over)
     assert (
@@ -246,7 +247,7 @@ def test_every_task_once_and_after_what_it_reads(whole: list[Task]) -> None:
 
 
 def test_given_outlines_wait_for_the_facades_around_them() -> None:
-    given = replace(CATALOG, outlines=OutlineAsset("outlines", "o.gpkg", "9" * 64, 1, AREA, 9))
+    given = replace(flown(), outlines=OutlineAsset("outlines", "o.gpkg", "9" * 64, 1, AREA, 9))
     source = CitySource(given, parameters())
     tiles = list(source.survey.lattice.tiles)
     order, place, ready = np.random.default_rng(1), dict[tuple[str, str], int](), list(source.initial())
@@ -288,12 +289,12 @@ def test_every_tile_is_seen_from_all_five_directions(whole: list[Task]) -> None:
 
 def test_the_order_of_events_changes_no_task(whole: list[Task]) -> None:
     digests = {t.name: t.digest for t in whole}
-    assert {t.name: t.digest for t in run_through(CitySource(CATALOG, parameters()), 1)} == digests
+    assert {t.name: t.digest for t in run_through(CitySource(flown(), parameters()), 1)} == digests
 
 
 def test_an_area_asks_for_the_same_tasks_as_the_whole_and_for_fewer(whole: list[Task]) -> None:
     digests = {t.name: t.digest for t in whole}
-    some = run_through(CitySource(CATALOG, parameters(), Area(shapely.box(1010, 2010, 1060, 2060))))
+    some = run_through(CitySource(flown(), parameters(), Area(shapely.box(1010, 2010, 1060, 2060))))
     assert len(some) < len(whole)
     assert all(digests[t.name] == t.digest for t in some if t.stage not in ("match", "export"))
 
@@ -380,7 +381,7 @@ def test_what_images_were_matched_over_stands_when_less_is_asked_for(strip: Cata
 
 
 def test_smaller_tiles_have_the_same_reference_images_and_partners(whole: list[Task]) -> None:
-    small = run_through(CitySource(CATALOG, parameters(50.0)))
+    small = run_through(CitySource(flown(), parameters(50.0)))
 
     def pairs(tasks: list[Task]) -> set[tuple[str, ...]]:
         return {tuple(tree["name"] for tree in t.arguments["place"]["images"]) for t in tasks if t.stage == "match"}
@@ -402,7 +403,7 @@ def test_smaller_tiles_have_the_same_reference_images_and_partners(whole: list[T
 def test_a_changed_image_makes_its_matches_stale_and_no_others(whole: list[Task]) -> None:
     digests = {t.name: t.digest for t in whole}
     name = next(t for t in whole if t.stage == "match").arguments["reference"]
-    source = CitySource(CATALOG, parameters())
+    source = CitySource(flown(), parameters())
     ready, after = list(source.initial()), dict[str, str]()
     while ready:
         task = ready.pop()
@@ -425,7 +426,7 @@ def _fields(record: Record) -> dict[str, Any]:
 
 def test_an_image_that_cannot_be_read_is_left_out_and_named(whole: list[Task]) -> None:
     name = next(t for t in whole if t.stage == "match").arguments["reference"]
-    ended = run_through(CitySource(CATALOG, parameters(), EVERYWHERE), failed=[f"ingest-{name}"])
+    ended = run_through(CitySource(flown(), parameters(), EVERYWHERE), failed=[f"ingest-{name}"])
     concerned = [
         t for t in ended if t.stage == "match" and name in [tree["name"] for tree in t.arguments["place"]["images"]]
     ]
@@ -443,9 +444,9 @@ def test_a_frame_is_coloured_by_all_that_is_matched_for_it_also_by_the_images_of
         rotation = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]]) @ view.rotation
         return replace(asset, oriented=replace(view, rotation=rotation))
 
-    chosen = [a.name for a in CATALOG.images if a.name.endswith("_right")][10:13]
-    images = tuple(turned(a) if a.name in chosen else a for a in CATALOG.images)
-    source = CitySource(replace(CATALOG, images=images), parameters())
+    chosen = [a.name for a in flown().images if a.name.endswith("_right")][10:13]
+    images = tuple(turned(a) if a.name in chosen else a for a in flown().images)
+    source = CitySource(replace(flown(), images=images), parameters())
     frames = [t for t in run_through(source) if t.stage == "frame" and t.arguments["depths"]["maps"]]
     survey = source.survey.images
     assert any(len(f.images) < 5 for f in survey.frames)
