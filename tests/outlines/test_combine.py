@@ -231,13 +231,11 @@ def test_any_walls_give_valid_polygons(seed: int, monkeypatch: pytest.MonkeyPatc
         [(shapely.Point(p).buffer(6), 5.0) for p in rng.uniform((85000, 447000), (85060, 447060), (8, 2))]
     )
     noisy = replace(surface, ndsm=surface.ndsm + rng.normal(0, 0.3, GRID.shape).astype(np.float32))
-    for case in (noisy, replace(noisy, dtm=None)):
-        for found in outlines_of(case, [*lines, lines[0]], monkeypatch):
-            assert found.polygon.is_valid
-            assert found.polygon.area > 0
-            assert len(found.edges) == sum(
-                len(r.coords) - 1 for r in (found.polygon.exterior, *found.polygon.interiors)
-            )
+    case = noisy if seed % 2 else replace(noisy, dtm=None)
+    for found in outlines_of(case, [*lines, lines[0]], monkeypatch):
+        assert found.polygon.is_valid
+        assert found.polygon.area > 0
+        assert len(found.edges) == sum(len(r.coords) - 1 for r in (found.polygon.exterior, *found.polygon.interiors))
 
 
 def test_the_same_walls_in_another_window_give_the_same_outline(monkeypatch: pytest.MonkeyPatch) -> None:
