@@ -19,6 +19,7 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Scalar, Status
 from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
+from cityflow.reconstruction.partition.cut_lines import main_directions
 from cityflow.reconstruction.partition.plane_energy import PartitionParameters
 from cityflow.reconstruction.partition.second_look import Patch
 from cityflow.reconstruction.planes.level_regions import level_regions
@@ -33,10 +34,11 @@ from cityflow.reconstruction.planes.orientation_regions import (
 from cityflow.reconstruction.planes.plane_labels import LabelEnergy, label_energy, relabel
 from cityflow.reconstruction.planes.plane_segments import UNASSIGNED, PlaneSegments
 from cityflow.reconstruction.planes.prior_directions import with_prior
+from cityflow.reconstruction.planes.raised_parts import raised_parts
 from cityflow.reconstruction.planes.roof_cloud import RoofCloud, local_origin, roof_cloud
 from cityflow.reconstruction.planes.waves import without_waves
 from cityflow.reconstruction.solids.levels import block_levels
-from cityflow.reconstruction.solids.roof_solid import build_roof
+from cityflow.reconstruction.solids.roof_solid import Raised, RoofSolid, build_roof
 
 METHOD = "orientation_histogram"
 MOST_NAMED = 5
@@ -75,11 +77,11 @@ class OrientationHistogramParameters(Parameters):
 
 def reconstruct(evidence: Evidence, parameters: OrientationHistogramParameters) -> Candidate:
     """The method: planes, partition of the outline, closed solid. No solid where no plane is found."""
-    segments = find_planes(evidence, parameters)
+    segments = _found_planes(evidence, parameters)
     if len(segments) == 0:
         return Candidate(METHOD, None, status=Status.FAILED, reason=f"no roof plane in {len(evidence.points)} points")
     found = len(segments)
-    roof = build_roof(evidence.outline, segments, evidence.ground_height, parameters.partition)
+    roof = _roof_of(segments, evidence, parameters.partition)
     segments = roof.segments
     blocks = block_levels(
         roof.partition,
@@ -137,7 +139,25 @@ def simpler(full: OrientationHistogramParameters) -> Iterator[OrientationHistogr
 
 
 def find_planes(evidence: Evidence, parameters: OrientationHistogramParameters) -> PlaneSegments:
-    """Roof planes of one unit, those with most points first."""
+    """Roof planes of one unit, those with most points first; of a matched surface without those that follow its waves."""
+    found = _found_planes(evidence, parameters)
+    return without_waves(found) if evidence.matched else found
+
+
+def _roof_of(segments: PlaneSegments, evidence: Evidence, parameters: PartitionParameters) -> RoofSolid:
+    """On a matched surface parts that stand on planes are sought as a whole; where no valid solid comes of them the roof is of planes alone."""
+    outline, floor = evidence.outline, evidence.ground_height
+    if evidence.matched:
+        segments = without_waves(segments)
+        bare, parts = raised_parts(segments, main_directions(outline)[0])
+        if parts:
+            roof = build_roof(outline, bare, floor, parameters, Raised(segments.points, parts))
+            if not roof.faults:
+                return roof
+    return build_roof(outline, segments, floor, parameters)
+
+
+def _found_planes(evidence: Evidence, parameters: OrientationHistogramParameters) -> PlaneSegments:
     origin = local_origin(evidence)
     local = evidence.points.xyz - np.asarray(origin)
     local = local[np.all(np.isfinite(local), axis=1)]
@@ -147,8 +167,7 @@ def find_planes(evidence: Evidence, parameters: OrientationHistogramParameters) 
     labels, planes = _surfaces(cloud, surface, energy, parameters)
     if parameters.prior and (evidence.aspects or evidence.slopes):
         planes = with_prior(cloud.points, labels, planes, evidence.aspects, evidence.slopes)
-    found = PlaneSegments.largest_first(origin, cloud.points, labels, planes, surface.noise)
-    return without_waves(found) if evidence.matched else found
+    return PlaneSegments.largest_first(origin, cloud.points, labels, planes, surface.noise)
 
 
 def _surfaces(

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from shapely import Polygon
 
+from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import moved
 from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.partition.plane_energy import PartitionParameters
+from cityflow.reconstruction.partition.raised_cells import with_raised
 from cityflow.reconstruction.partition.roof_partition import partition_roof
 from cityflow.reconstruction.partition.second_look import Patch
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
+from cityflow.reconstruction.planes.raised_part import RaisedPart, with_roofs
 from cityflow.reconstruction.solids.assemble import assemble
 
 P = TypeVar("P", bound=PartitionParameters)
@@ -45,18 +48,36 @@ class RoofSolid:
     missed: tuple[Patch, ...]
 
 
-def build_roof(outline: Polygon, segments: PlaneSegments, floor: float, parameters: PartitionParameters) -> RoofSolid:
+class Raised(NamedTuple):
+    """What stands on the planes of a roof, and (N, 3) the points with it."""
+
+    points: FloatArray
+    parts: tuple[RaisedPart, ...]
+
+
+def build_roof(
+    outline: Polygon,
+    segments: PlaneSegments,
+    floor: float,
+    parameters: PartitionParameters,
+    raised: Raised | None = None,
+) -> RoofSolid:
     """Partition and assemble; each further attempt asks more of every edge and of every polygon's width.
 
     Parameters
     ----------
     outline : world coordinates; vertices are taken over bit for bit
     floor : world height of the ground face, metres
+    raised : parts that were taken off the segments
     """
     local = moved(outline, -segments.origin[0], -segments.origin[1])
     for attempt in range(ATTEMPTS):
         partition, missed = partition_roof(local, segments, coarser(parameters, attempt))
-        partition, used = _of_used_planes(partition, segments)
+        whole = segments
+        if raised is not None:
+            partition = with_raised(partition, segments.coefficients, raised.parts)
+            whole = with_roofs(segments, *raised)
+        partition, used = _of_used_planes(partition, whole)
         solid = assemble(partition, used.coefficients, floor, used.origin, outline)
         faults = tuple(sorted({fault.code for fault in check_polyhedron(solid)}))
         if not faults:

@@ -36,7 +36,7 @@ from cityflow.survey.unit_entry import UnitEntry
 from cityflow.survey.unit_photographs import Photographs, needed, photographs_of
 
 NAME = "reconstruct"
-VERSION = 45
+VERSION = 46
 CANDIDATES = "candidates.city.jsonl"
 
 
