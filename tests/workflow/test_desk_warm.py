@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import subprocess
 import sys
@@ -88,9 +89,12 @@ def test_the_process_that_waits_is_cityflow() -> None:
     waiting = desk_warm._waiting("rerun", "no run")
     text, _ = waiting.communicate(json.dumps(["--version"]), timeout=300)
     assert (waiting.returncode, text.strip()) == (0, __version__)
-    idle = desk_warm._waiting("rerun", "no run")
-    assert idle.communicate("", timeout=300)[0] == ""
-    assert idle.returncode == 0
+
+
+def test_without_words_it_ends(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO())
+    prepared.wait_for_words("no run")
+    assert capsys.readouterr() == ("", "")
 
 
 @dataclass
