@@ -163,7 +163,7 @@ export class Tools {
     const drawn = drawProfile(byId('profile'), this.profile);
     this.#figures([
       ['Length', metres(this.profile.length)], ['Points', `${profile.count.toLocaleString('en')} within ${metres(this.width / 2, 2)} of the line`],
-      ['Heights', drawn.exaggeration > 0.99 ? 'to the same scale' : `drawn at ${percent(drawn.exaggeration)} of the lengths' scale`],
+      ['Heights', drawn.exaggeration > 0.99 ? 'to the same scale' : `shrunk to ${percent(drawn.exaggeration)}`],
     ]);
     byId('tool-result').append(key(LINES.buildings[0], 'model'), key(LINES.terrain[0], 'terrain'), ...pointKeys(profile.points));
     if (!this.about.tiles.some((t) => t.points)) say('The run has no points for this page: the section shows the model only.');

@@ -111,8 +111,8 @@ def _row(unit: Mapping[str, Json], known: Mapping[str, Mapping[str, Json]], bord
     more = known.get(unit["id"], {})
     digest = digest_of({k: v for k, v in more.items() if k not in _OF_A_PASS}) if more else ""
     # why it is simpler than asked comes first: an edit that could not be carried out is among that
-    said = dict.fromkeys((more.get("reason"), more.get("verdict_reason")))
-    border, reason = borders.doubt(unit), "; ".join(r for r in said if r)
+    reasons = dict.fromkeys((more.get("reason"), more.get("verdict_reason")))
+    border, reason = borders.doubt(unit), "; ".join(r for r in reasons if r)
     if border >= DOUBTFUL_BORDER:
         reason = "; ".join(
             r for r in (reason, f"a border is wrong, or lacking, with a probability of {border:.0%}") if r

@@ -75,18 +75,21 @@ class Warm:
         return process
 
     def close(self) -> None:
-        """End what waits."""
+        """End what waits: the interpreter at once, as it holds nothing; the workers when they have closed."""
         with self._lock:
             self.is_open = False
-            waiting = [p for p in (self._spare, self._workers) if p is not None]
-        for process in waiting:
-            if process.stdin is not None and not process.stdin.closed:
-                process.stdin.close()
-        for process in waiting:
+            spare, workers = self._spare, self._workers
+        if spare is not None:
+            spare.kill()
+            spare.wait()
+        if workers is not None:
+            if workers.stdin is not None:
+                with suppress(BrokenPipeError):
+                    workers.stdin.close()
             try:
-                process.wait(END_S)
+                workers.wait(END_S)
             except subprocess.TimeoutExpired:
-                process.kill()
+                workers.kill()
 
     @property
     def _has_own_workers(self) -> bool:
