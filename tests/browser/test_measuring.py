@@ -116,7 +116,9 @@ def test_a_section_is_drawn(sharp_page: Chromium) -> None:
     shape = np.ptp(cols) / np.ptp(rows)
     drawn = (
         float(
-            sharp_page.run("document.getElementById('tool-result').innerText.match(/shrunk to ([0-9.]+)/)?.[1] ?? '100'")
+            sharp_page.run(
+                "document.getElementById('tool-result').innerText.match(/shrunk to ([0-9.]+)/)?.[1] ?? '100'"
+            )
         )
         / 100
     )

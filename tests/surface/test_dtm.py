@@ -104,8 +104,8 @@ def test_a_row_of_houses_that_the_survey_cuts_through_is_no_terrain(slope: float
 
 
 def _smeared(slope: float, seed: int) -> np.ndarray:
-    """(N, 3) points of a slope with a house of 20 m by 12 m, 6 m high, at whose walls matching has raised the last 80 cm of the ground by up to 40 cm; beside it
-    an alley of 1.5 m and a wall."""
+    """(N, 3) points of a slope with a house of 20 m by 12 m, 6 m high, at whose walls matching has raised the last 80 cm of the ground by up to 40 cm;
+    beside it an alley of 1.5 m and a wall."""
     rng = np.random.default_rng(seed)
     xy = rng.uniform(0, 80, (200_000, 2))
     beyond = np.maximum(np.abs(xy[:, 0] - 40) - 10, np.abs(xy[:, 1] - 40) - 6)

@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any
@@ -104,9 +105,9 @@ class Cluster:
     names: tuple[str, ...]
     sent: list[dict[str, Any]] = field(default_factory=list)
 
-    def scheduler_info(self, n_workers: int) -> dict[str, Any]:
+    def scheduler_info(self, n_workers: int = -1) -> dict[str, Any]:
         assert n_workers == -1, "else Dask tells of five"
-        return {"workers": {name: {} for name in self.names}}
+        return {"address": ADDRESS, "workers": {name: {} for name in self.names}}
 
     def submit(self, function: Callable[[str], bool], name: str, **how: Any) -> None:
         assert resolve(name) is not None
@@ -122,3 +123,15 @@ def test_every_worker_gets_a_child_that_is_ready_as_far_as_memory_is_free(
     prepared.ready(cluster)
     assert [one["workers"] for one in cluster.sent] == [["a"], ["b"], ["c"]][:ready]
     assert all(one["priority"] < -1_000_000 and not one["pure"] for one in cluster.sent), "tasks of a rerun come before"
+
+
+@pytest.mark.parametrize("lines", [0, 2])
+def test_workers_are_held_and_made_ready_at_each_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], lines: int
+) -> None:
+    made = Cluster(("a", "b"))
+    monkeypatch.setattr("cityflow.flow.cluster.connect", lambda scheduler, count: nullcontext(made))
+    monkeypatch.setattr(sys, "stdin", io.StringIO(lines * "\n"))
+    prepared.hold_workers(2)
+    assert capsys.readouterr().out == f"{ADDRESS}\n"
+    assert len(made.sent) == 2 * lines

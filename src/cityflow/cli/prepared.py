@@ -29,9 +29,9 @@ def hold_workers(count: int) -> None:
     with connect(None, count or os.cpu_count() or 1) as client:
         sys.stdout.write(f"{client.scheduler_info()['address']}\n")
         sys.stdout.flush()
+        promised: list[Any] = []
         for _ in sys.stdin:
-            asked = ready(client)
-        del asked
+            promised[:] = ready(client)
 
 
 def ready(client: Any) -> list[Any]:
