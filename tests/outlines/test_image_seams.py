@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 import shapely
@@ -54,8 +56,13 @@ def surface(standing: np.ndarray) -> RegionSurface:
     )  # fmt: skip
 
 
+@cache
+def apart() -> RegionSurface:
+    return surface(boxes(1.1))
+
+
 def test_two_blocks_that_stand_little_more_than_a_metre_apart_are_two() -> None:
-    found = sorted((o.polygon for o in find_outlines(surface(boxes(1.1)), FindParameters())), key=lambda p: p.bounds[0])
+    found = sorted((o.polygon for o in find_outlines(apart(), FindParameters())), key=lambda p: p.bounds[0])
     assert len(found) == 2
     true = [shapely.box(*b[:4]) for b in boxes(1.1)]
     assert all(
@@ -69,7 +76,7 @@ def test_what_is_one_stays_one(standing: np.ndarray) -> None:
 
 
 def test_a_surface_without_images_says_nothing_of_the_gap() -> None:
-    bare = surface(boxes(1.1))
+    bare = apart()
     assert bare.photographed is not None
     few = RegionSurface(
         bare.grid, bare.ndsm, bare.klass, bare.holes, None, None, None, bare.dtm, highest=False,
