@@ -12,6 +12,7 @@ from browser.chromium import Chromium
 from cityflow.core.building import Status
 from cityflow.viewer.report import write_report
 from cityflow.viewer.report_rows import ReportData, StageRow, UnitRow
+from cityflow.viewer.unit_page import UnitPage, write_unit_page
 
 EDGE_M, STEP_M = 10.0, 14.0
 
@@ -122,3 +123,17 @@ def test_it_prints_on_few_pages(page: Chromium) -> None:
     printed = base64.b64decode(page.call("Page.printToPDF", preferCSSPageSize=True, printBackground=True)["data"])
     assert printed.startswith(b"%PDF")
     assert 1 <= printed.count(b"/Type /Page\n") + printed.count(b"/Type /Page ") <= 6
+
+
+def test_no_value_of_a_buildings_page_lies_beyond_its_table(browser: Chromium, tmp_path: Path) -> None:
+    """A long reason is wrapped: it does not push all other values out of sight."""
+    reason = "57 % of the points of one roof plane are more than 20 cm away from it; " * 3
+    unit = UnitRow("u00", "0_0", Status.DONE, "", attributes={"planes": 28, "verdict_reason": reason})
+    path = tmp_path / "u00.html"
+    path.write_bytes(write_unit_page(UnitPage(unit, "A town", "reconstruct")))
+    browser.open(path.as_uri())
+    cells = "[...document.querySelectorAll('#attributes-title ~ .scroll td')]"
+    own, most = (f"{what}.getBoundingClientRect().right" for what in ("d", "d.closest('.scroll')"))
+    ends = browser.run(f"{cells}.map(d => [{own}, {most}])")
+    assert len(ends) == 2
+    assert all(right <= edge + 1 for right, edge in ends)
