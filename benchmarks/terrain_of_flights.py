@@ -11,11 +11,12 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-import rasterio
-from rasterio.warp import Resampling, reproject
 from scipy.ndimage import distance_transform_edt
 
-from cityflow.core.arrays import Float32Array, FloatArray
+from cityflow.core.arrays import FloatArray
+from false_surface import judge_of
+from town_figures import read_surface
+from town_images import parameters_cell
 
 BANDS = ((-99.0, -4.0), (-4.0, -1.0), (-1.0, 0.0), (0.0, 0.5), (0.5, 1.0), (1.0, 4.0), (4.0, 99.0))
 """Metres from the outline, negative inside."""
@@ -23,27 +24,11 @@ BANDS = ((-99.0, -4.0), (-4.0, -1.0), (-1.0, 0.0), (0.0, 0.5), (0.5, 1.0), (1.0,
 
 def errors_and_distances(run: Path, survey: Path) -> tuple[FloatArray, FloatArray]:
     """(rows, cols) metres, both; errors are NaN where either terrain is not known."""
-    with rasterio.open(run / "products" / "dtm.vrt") as made:
-        found = made.read(1, masked=True).filled(np.nan)
-        truth, unit = (
-            _like(survey / "truth" / f"{name}.vrt", made, how)
-            for name, how in (("dtm", Resampling.bilinear), ("unit", Resampling.nearest))
-        )
-        cell = float(made.transform.a)
-    house = np.nan_to_num(unit) > 0
-    away = np.where(house, -distance_transform_edt(house), distance_transform_edt(~house)) * cell
-    return np.asarray(found - truth, np.float64), away
-
-
-def _like(path: Path, made: rasterio.DatasetReader, how: Resampling) -> Float32Array:
-    out = np.full(made.shape, np.nan, np.float32)
-    with rasterio.open(path) as true:
-        values = true.read(1, masked=True).astype(np.float32).filled(np.nan)
-        reproject(
-            values, out, src_transform=true.transform, dst_transform=made.transform, src_crs=made.crs, dst_crs=made.crs,
-            resampling=how, src_nodata=np.nan, dst_nodata=np.nan,
-        )  # fmt: skip
-    return out
+    judge = judge_of(survey, parameters_cell(run))
+    error = np.asarray(read_surface(run, judge.bounds).dtm, np.float64) - judge.truth.dtm
+    house = judge.truth.unit >= 0
+    away = np.where(house, -distance_transform_edt(house), distance_transform_edt(~house)) * judge.truth.grid.cell
+    return error, away
 
 
 def main() -> None:
