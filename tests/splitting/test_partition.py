@@ -253,3 +253,12 @@ def _assert_no_vertices_side_by_side(result: Partition, outline: Polygon) -> Non
     given = {tuple(v) for v in shapely.get_coordinates(outline).tolist()}
     new = np.array([tuple(v) not in given for v in places.tolist()])
     assert not new[cKDTree(places).query_pairs(0.01, output_type="ndarray")].any()
+
+
+def test_an_outline_that_rounding_parts_at_a_vertex_keeps_its_units() -> None:
+    """A notch that comes within less than the lattice of the wall opposite: on the lattice they touch, and two polygons are left."""
+    outline = Polygon([(0, 0), (40, 0), (40, 10), (20.1, 10), (20.00002, 0.00003), (19.9, 10), (0, 10)])
+    assert outline.is_valid
+    result = partition(outline, [LineString([(8, 0), (8, 10)]), LineString([(30, 0), (30, 10)])], minimum_area_m2=20.0)
+    assert [round(u.area) for u in result.units] == [80, 120, 100, 100]
+    assert shapely.is_valid(np.array(result.units, object)).all()

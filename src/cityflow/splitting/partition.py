@@ -20,6 +20,8 @@ from cityflow.splitting.cuts.gaps import gap_lines, gap_within
 _NARROWEST_M = 1.0
 """What is narrower nowhere holds a house."""
 _DETAIL_M = 0.05
+_LEAST_M2 = 0.01
+"""Smaller parts of an outline, such as rounding leaves at near-touching vertices, are none."""
 _ON_LINE_M = 3 * LATTICE_M
 
 TOO_SMALL = "a part would be smaller than the minimum area"
@@ -82,7 +84,8 @@ def _usable(outline: BaseGeometry) -> BaseGeometry | None:
     area = shapely.transform(shapely.force_2d(outline), on_lattice)
     if not area.is_valid:
         area = shapely.set_precision(shapely.make_valid(area, method="structure", keep_collapsed=False), LATTICE_M)
-        area = shapely.transform(area, on_lattice)
+        parts = shapely.get_parts(shapely.transform(area, on_lattice))
+        area = shapely.union_all(parts[shapely.area(parts) > _LEAST_M2])
     return area if area.area > 0 and area.geom_type in ("Polygon", "MultiPolygon") else None
 
 
@@ -155,7 +158,7 @@ class _Cutting:
 
     def _fixed_lines(self) -> tuple[list[FloatArray], list[FloatArray]]:
         """Rings of the outline, and borders of gaps that run through it."""
-        rings = [shapely.get_coordinates(r) for r in shapely.get_rings(self.area)]
+        rings = [shapely.get_coordinates(r) for r in shapely.get_rings(shapely.get_parts(self.area))]
         between: list[FloatArray] = []
         for gap in self.gaps.values():
             between += gap_lines(gap, self.area, Borders.of(rings + between))
