@@ -66,6 +66,25 @@ def test_slanting_bits_do_not_part_a_strip() -> None:
     assert strip.length == pytest.approx(40, abs=0.4)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_trees_along_a_wing_do_not_part_its_strip(seed: int) -> None:
+    """Bits of 3 to 4.5 m that slant by up to 35°, with straight wall between, along one side of a wing of 16 m that meets another one."""
+    rng = np.random.default_rng(seed)
+    side = [(0.0, 16.0)]
+    for start in (4.0, 17.0, 30.0, 43.0):
+        a, b = start + rng.uniform(0, 2), float(rng.uniform(1.0, 2.0))
+        side += [
+            (a, 16.0),
+            (a + rng.uniform(3.0, 4.5), 16.0 + b),
+            (a + 8.0, 16.0 + b),
+            (a + 8.0 + rng.uniform(1.5, 3.0), 16.0),
+        ]
+    wing = Polygon([(0, 0), (60, 0), (60, 16), *side[::-1]])
+    longest = _pieces(wing.union(box(-15, -20, 0, 60)), 0.0, 90.0)[0]
+    assert longest.length == pytest.approx(60, abs=1.0)
+    assert longest.stations[0] == pytest.approx(-longest.origin[0], abs=0.6)
+
+
 def test_thousands_of_vertices() -> None:
     x = np.linspace(0, 40, 3000)
     front = np.column_stack([x, np.random.default_rng(0).normal(0, 0.03, len(x))])

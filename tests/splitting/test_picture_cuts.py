@@ -33,7 +33,6 @@ def test_features_at_a_border_and_beside_it() -> None:
     assert table["roof_far_sigmas"][1] > 5.0 > 2.0 > max(table["roof_far_sigmas"][0], table["roof_far_sigmas"][2])
     assert table["hue_sigmas"][1] > 2.0 > 0.5 > max(table["hue_sigmas"][0], table["hue_sigmas"][2])
     assert table["clearest"][1] > 0.95
-    assert table["odd_deg"] == [0.0, 0.0, 0.0]
     assert table["other_facade_sigmas"][1] > 3.0
     assert table["facade_hue_sigmas"][1] > 2.0 > 0.5 > max(table["facade_hue_sigmas"][0], table["facade_hue_sigmas"][2])
     assert table["facade_alike"][1] < 0.1 < 0.5 < min(table["facade_alike"][0], table["facade_alike"][2])

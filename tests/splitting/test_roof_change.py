@@ -1,4 +1,4 @@
-"""Shadows of higher roofs, saw-tooth roofs, and strips along slanting bits of an outline."""
+"""Shadows of higher roofs, and saw-tooth roofs."""
 
 from __future__ import annotations
 
@@ -7,13 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.splitting.borders.roof_marks import RoofMarks, roof_marks
 from cityflow.splitting.scores.roof_change import RoofChange, shaded
 from cityflow.splitting.scores.score import of_shape
-from cityflow.splitting.strips.axis_strips import axis_strips
 
 U = np.arange(0.05, 30.0, 0.1)
 BORDER_M = 15.0
@@ -70,13 +68,3 @@ def test_gables_side_by_side_do() -> None:
     bottoms = marks.bottom[marks.valley > 0.9]
     assert all(np.abs(bottoms - border).min() < 0.1 for border in (7.5, 15.0, 22.5))
     assert np.abs(bottoms[:, None] - [7.5, 15.0, 22.5]).min(axis=1).max() < 0.25
-
-
-def test_a_strip_knows_how_far_it_is_turned_from_known_directions() -> None:
-    outline = Polygon([(0, 0), (30, 0), (30, 10), (40, 18), (33, 27), (20, 16), (20, 10), (0, 10)])
-    strips = axis_strips(outline, (0.0, 90.0), 0.2, 4.5)
-    turned = [s.odd_deg for s in strips if 5 < s.aspect_deg < 85]
-    assert turned
-    assert all(30 < odd < 45 for odd in turned)
-    assert {s.odd_deg for s in strips if s.aspect_deg in (0.0, 90.0)} == {0.0}
-    assert {s.odd_deg for s in axis_strips(outline, (), 0.2, 4.5)} == {0.0}

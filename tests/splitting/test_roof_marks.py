@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import FloatArray
-from cityflow.splitting.borders.roof_marks import RoofMarks, roof_marks
+from cityflow.splitting.borders.roof_marks import RoofMarks, roof_marks, roof_rows
 from cityflow.splitting.scores.roof_step import roof_step
 from cityflow.splitting.strips.strip_evidence import StripEvidence
+from cityflow.splitting.strips.strip_rasters import RoofRaster
 
 CELL_M, ROWS = 0.2, 20
 U = np.arange(0.0, 24.0, CELL_M)
@@ -84,3 +85,20 @@ def test_unknown_roof_has_no_marks() -> None:
 def test_row_shorter_than_the_windows() -> None:
     marks = roof_marks(np.full((5, ROWS), 8.0), U[:5])
     assert not marks.step.any()
+
+
+def test_rows_lie_where_they_lie_whatever_the_outline_s_extremes() -> None:
+    """A bay of three cells at one side, and a raster that begins elsewhere: the rows between are the same."""
+    height = np.random.default_rng(5).normal(8.0, 1.0, (40, 60)).astype(np.float32)
+    u, v = (np.arange(40) + 0.5) * 0.1, np.arange(60) * 0.1
+
+    def rows(first: int, bay: int) -> FloatArray:
+        known = height.copy()
+        known[:, : 20 - bay], known[10:, :20] = np.nan, np.nan
+        nothing = np.empty((40, 60 - first, 0), np.float32)
+        return roof_rows(RoofRaster(u, v[first:], known[:, first:], nothing, nothing, np.isfinite(known[:, first:])))
+
+    plain = rows(0, 0)
+    assert plain.shape == (40, 10)
+    for other in (rows(0, 3), rows(6, 3), rows(7, 0)):
+        assert np.array_equal(other[:, -10:], plain)

@@ -150,6 +150,23 @@ def test_threshold_moves_cuts_to_the_rejected() -> None:
     assert all(0 <= c.confidence < 1 for c in strict.rejected)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_accidents_of_the_outline_change_no_line(seed: int) -> None:
+    """Bumps and notches half a metre deep, slanting bits of four metres, all along the outline; the surfaces are the same."""
+    evidence, true = _row("all, and dormers")
+    ring, rng = evidence.outline.exterior, np.random.default_rng(seed)
+    ragged = evidence.outline
+    for at in np.arange(2.0, ring.length - 5.0, 6.0):
+        a, b = (np.array(ring.interpolate(at + d).coords[0]) for d in np.sort(rng.uniform(0.0, 4.0, 2)))
+        off = 0.5 * np.array([b[1] - a[1], a[0] - b[0]]) / max(float(np.hypot(*(b - a))), 1e-9)
+        bit = Polygon([a - off, b - off, b + off, a + off] if rng.random() < 0.5 else [a - off, b, b + off, a])
+        ragged = ragged.union(bit) if rng.random() < 0.5 else ragged.difference(bit)
+    found = _splitting(replace(evidence, outline=max(shapely.get_parts(ragged), key=lambda p: p.area)))
+    assert len(found.cut_lines) == len(true)
+    assert _off(found.cut_lines, true).max() < 0.8
+    assert min(c.confidence for c in found.cut_lines) > 0.8
+
+
 def test_the_same_evidence_gives_the_same_lines() -> None:
     trace = "all, and dormers"
     first, second = _split_row(trace), _splitting(_row(trace)[0])

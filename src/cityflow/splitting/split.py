@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 from pydantic import Field
 from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from cityflow.core.parameters import Parameters
 from cityflow.core.splitting import SURFACE, CutLine, Segments, SplitEvidence, Splitting, joined_segments
@@ -40,8 +41,8 @@ GAP_CONFIDENCE = 0.5
 """A gap of less is none."""
 SLICE_CELLS, WIDEST_SLICE_M = 2.0, 0.4
 """Width and step of slices, cells of the nadir rasters and at most metres."""
-UNCROSSED = 0.25
-"""Share of a unit that no chord has crossed from which it is looked at once more by itself."""
+UNCROSSED_M = 2.0
+"""A unit is looked at by itself where so far around each place of the smallest unit no chord has crossed it."""
 
 
 class SplitParameters(Parameters):
@@ -213,21 +214,25 @@ def _corners(
     parameters: SplitParameters,
     step: float,
 ) -> list[CutLine]:
-    """Also borders that end at others: within units that no axis strip of the whole has crossed, corners of a ring above all."""
-    lines = [off_corners(c.line, evidence.outline) for c in found if c.confidence >= parameters.threshold]
-    if not lines:
-        return found
+    """Also borders that end at others: within units that no axis strip of the whole has crossed, corners of a ring above all; then within their parts."""
     strips = [p for part in _parts(evidence.outline, gaps) for p in _strips(part, seen.principal, step)]
-    covered = shapely.union_all([p.area() for p in strips])
-    units = partition(evidence.outline, lines, gaps, parameters.minimum_area_m2).units
-    new = [
-        c
-        for unit in units
-        if unit.area >= 2 * parameters.minimum_area_m2
-        and unit.difference(covered).area > max(UNCROSSED * unit.area, parameters.minimum_area_m2)
-        for c in _terraces(evidence, unit, seen, parameters, step)
-    ]
-    return _once([*found, *new])
+    covered, least = shapely.union_all([p.area() for p in strips]), parameters.minimum_area_m2
+    looked: list[Polygon] = []
+    while lines := [off_corners(c.line, evidence.outline) for c in found if c.confidence >= parameters.threshold]:
+        units = partition(evidence.outline, lines, gaps, least).units
+        open_ = [u for u in units if u.area >= 2 * least and _holds_a_unit(u.difference(covered), least)]
+        new = [u for u in open_ if all(u.symmetric_difference(o).area > least for o in looked)]
+        if not new:
+            break
+        looked += new
+        found = _once([*found, *(c for u in new for c in _terraces(evidence, u, seen, parameters, step))])
+    return found
+
+
+def _holds_a_unit(left: BaseGeometry, least_m2: float) -> bool:
+    """Whether a part of what no chord has crossed is wide enough for one more unit."""
+    wide = shapely.buffer(left, -UNCROSSED_M, join_style="mitre")
+    return bool((shapely.area(shapely.get_parts(wide)) > least_m2).any())
 
 
 def _within(segments: Segments, part: Polygon) -> Segments:

@@ -47,7 +47,6 @@ def picture_table(places: list[Place], usual: Usual, strip: AxisStrip, free: tup
             "smaller_m2": place.smaller_m2,
             "short_m": max(SHORT_M - strip.chain_m, 0.0),
         }
-        known["odd_deg"] = strip.odd_deg
         known["ridge"] *= 1.0 - _ramp(place.near.step.size, RIDGE_STEP_M)
         known |= _of_all(place, usual, known)
         if not all(free):

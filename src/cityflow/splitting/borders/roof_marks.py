@@ -83,7 +83,8 @@ def roof_rows(roof: RoofRaster) -> FloatArray:
     if not len(known):
         return np.full((len(roof.u), 1), np.nan)
     width = max(round(ROW_M / cell), 1)
-    part = roof.height[:, known[0] : known[-1] + 1].astype(np.float64)
+    first = max(known[0] - (known[0] + round(float(roof.v[0]) / cell)) % width, 0)  # whatever the outline's extremes
+    part = roof.height[:, first : known[-1] + 1].astype(np.float64)
     count = max(part.shape[1] // width, 1)
     cut = part[:, : count * width].reshape(len(roof.u), count, -1)
     return lower_median(cut, np.isfinite(cut))

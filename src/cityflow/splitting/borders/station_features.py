@@ -68,7 +68,6 @@ PICTURES = (
     Feature("turned_step", "share", "how far the ridge turns where the roof steps: a wing with eaves and a ridge of its own", 1, (0.3, 0.7)),
     Feature("smaller_m2", "m²", "area of the smaller part that a line there leaves: a bay, a porch, or as large as a building", 1, (40.0, 100.0, 250.0, 600.0)),
     Feature("short_m", "m", "by how much the row is shorter than 12 m", -1, (2.0, 6.0)),
-    Feature("odd_deg", "°", "turn of the row from the nearest main direction: a slanting bit of outline", -1, (2.0, 6.0, 20.0)),
 )  # fmt: skip
 FEATURES = (*SHAPE, *PICTURES)
 """What the roof's shape and the outline show, then what pictures add. A table without pictures has the columns of the shape only."""

@@ -20,13 +20,13 @@ FREE_END_M = 2.0
 """No border is nearer to a free end of a row."""
 LEAST_SCORE = 0.6
 """Weaker maxima of the scan are no proposals."""
-AT_END_M, SAME_M = 1.2, 0.9
-"""An end is a place of its own so near to another; places nearer than the second are one, of which the clearer counts."""
+SAME_M = 0.9
+"""Places nearer than this are one, of which the clearer counts."""
 BEYOND_M = 1.0
 
 
 def proposals(evidence: StripEvidence, free: tuple[bool, bool]) -> list[float]:
-    """Places of the maxima of the scan, ascending; the end of the strip too where another wing begins and one is near.
+    """Places of the maxima of the scan, ascending; the ends of the strip too where another wing begins.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def proposals(evidence: StripEvidence, free: tuple[bool, bool]) -> list[float]:
             places.append(u)
     ends = [float(evidence.stations[k]) for k in (0, -1) if np.isfinite(total[k])]
     near = [min((abs(p - e) for p in places), default=np.inf) for e in ends]
-    return sorted([*places, *(e for e, off in zip(ends, near, strict=True) if SAME_M <= off < AT_END_M)])
+    return sorted([*places, *(e for e, off in zip(ends, near, strict=True) if off >= SAME_M)])
 
 
 def reach(strip: AxisStrip, free: tuple[bool, bool]) -> Sides:

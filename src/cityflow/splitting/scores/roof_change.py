@@ -38,7 +38,7 @@ def roof_change(evidence: StripEvidence, u: float, sides: Sides) -> RoofChange:
     change = evidence.roof_colour
     if change is None:
         return RoofChange()
-    edges = bands_of(np.atleast_1d(np.isfinite(change.image[..., 0]).any(axis=0)))
+    edges = bands_of(change.image)
     ratio = change_across(change.image, change.u, u, sides, edges, (ROOF_SIDE_M, ROOF_GUARD_M))
     known = np.isfinite(ratio).all(axis=1)
     if known.sum() < BANDS // 2:
@@ -60,8 +60,7 @@ def is_light(evidence: StripEvidence, u: float, sides: Sides, change: RoofChange
     if colour is None or not change.size > LIGHT_LEAST:
         return False
     v, at = evidence.roof.v, evidence.roof.u
-    inside = np.flatnonzero(np.atleast_1d(np.isfinite(colour.image[..., 0]).any(axis=0)))
-    edges = np.array([inside[0], inside[-1] + 1], np.int64)
+    edges = bands_of(colour.image)[[0, -1]]
     roof = change_across(colour.image, colour.u, u, sides, edges, (ROOF_SIDE_M, ROOF_GUARD_M))[0]
     low, high = evidence.strip.ends_at(u)
     columns = [(at > u - SHADOW_SIDE_M) & (at < u - 0.2), (at < u + SHADOW_SIDE_M) & (at > u + 0.2)]

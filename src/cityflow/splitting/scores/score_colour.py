@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import Float32Array, FloatArray, IntArray
 from cityflow.splitting.scores.border_sides import DARK, LEAST_KNOWN
 from cityflow.splitting.scores.medians import medians_beside, middle_of_known
 from cityflow.splitting.strips.strip_rasters import FacadeRaster, RoofRaster
@@ -44,20 +44,20 @@ class Change:
 
 def roof_changes(roof: RoofRaster, stations: FloatArray, window_m: float, guard_m: float) -> Change | None:
     """Change of the roof's colour: the median over bands along the axis, so that dormers and chimneys have no say."""
-    inside = np.asarray(np.isfinite(roof.colour[..., :1]).any(axis=(0, 2)))
-    if not inside.any():
+    if not np.isfinite(roof.colour[..., :1]).any():
         return None
-    bands = _along(roof.colour, roof.u, stations, bands_of(inside), (window_m, guard_m))
+    bands = _along(roof.colour, roof.u, stations, bands_of(roof.colour), (window_m, guard_m))
     enough = np.isfinite(bands).all(axis=2).sum(axis=1) >= BANDS // 2
     signed = np.full((len(stations), bands.shape[2]), np.nan)
     signed[enough] = middle_of_known(bands[enough].swapaxes(0, 1))
     return _judged(signed, roof.u, roof.colour)
 
 
-def bands_of(inside: BoolArray) -> IntArray:
-    """(BANDS + 1,) edges of the bands between the first and the last column that is known."""
-    first, last = int(np.argmax(inside)), len(inside) - int(np.argmax(inside[::-1]))
-    return np.asarray(np.linspace(first, last, BANDS + 1).round(), np.int64)
+def bands_of(image: Float32Array) -> IntArray:
+    """(BANDS + 1,) edges of the bands between the first and the last column of an image (U, V, C) that is known as far as half the usual: a bay adds none."""
+    known = np.isfinite(image[..., 0]).sum(axis=0)
+    inside = np.flatnonzero(known >= 0.5 * np.median(known[known > 0]))
+    return np.asarray(np.linspace(inside[0], inside[-1] + 1, BANDS + 1).round(), np.int64)
 
 
 def facade_changes(

@@ -1,7 +1,7 @@
 """Axis strips of an outline: straight strips along which chords run from one façade to the one opposite (Dahlke 2017 §2.2).
 
-The skeleton that slices stand perpendicular to is made of chords: for each direction that the outline's edges have, lines across are
-swept over the outline; where both ends of a chord meet edges along that direction, and successive chords overlap, they make a strip.
+The skeleton that slices stand perpendicular to is made of chords: for each main direction lines across are swept over the outline; where
+successive chords overlap, and over a length as great as theirs most of both ends meet edges along that direction, they make a strip.
 Rows give one strip, L- and T-shapes one for each wing, rings one for each side, curved rows a chain of short ones.
 """
 
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from scipy import ndimage
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
@@ -24,10 +25,12 @@ SAME_STRIP = 0.62
 """Overlap of successive chords (of the longer one) that belong together."""
 BRIDGED_M = 2.5
 """A strip goes on across a slanting bit of façade no longer than this."""
-ODD_SHARE = 0.1
-"""Share of the outline's length from which edges along no known direction have one of their own, where most have a known one."""
+LEAST_SHARE = 0.02
+"""Of an outline's length so much runs along each of its directions, at least."""
 CROSSWISE = 1.6
 """A chord is no cut where it is this many times longer than its strip: it runs lengthwise."""
+ORIGIN_M = 128.0
+"""Chords, and cells along a strip, lie where they lie whatever the outline's extremes: its origin is a multiple of this."""
 DIRECTIONS = 16
 """Of an outline at most so many directions are looked at; a circle has them all."""
 ROUND = 0.88
@@ -45,7 +48,6 @@ class AxisStrip:
     stations : (S,) u of the chords, equally spaced, metres
     low, high : (S,) v of both ends of each chord, metres
     chain_m : length of the strips that follow one another round a curve; its own where it is straight, metres
-    odd_deg : how far it is turned from the nearest known direction, degrees; 0 where none is known
     """
 
     origin: FloatArray
@@ -54,7 +56,6 @@ class AxisStrip:
     low: FloatArray
     high: FloatArray
     chain_m: float
-    odd_deg: float = 0.0
 
     @property
     def across(self) -> FloatArray:
@@ -107,29 +108,27 @@ def axis_strips(
 
     Parameters
     ----------
-    aspects_deg : directions known from elsewhere, strongest first; edges of the outline that run nearly along one take it
+    aspects_deg : directions known from elsewhere; those of the outline's edges count only where no strip runs along any of these
     step_m : distance between chords, metres
     shortest_m : shorter chains of strips are not returned, metres
     """
     if is_round(outline):
         return ()
     plain = _plain(outline)
-    origin = np.floor(np.array(plain.bounds[:2]))
+    origin = ORIGIN_M * np.floor(np.array(plain.bounds[:2]) / ORIGIN_M)
     edges = _edges(plain, origin)
-    directions = strip_directions(edges, aspects_deg)
-    runs = [s for angle in directions for s in _chord_runs(edges, angle, directions, step_m)]
-    chains = _chain_lengths(runs)
+    known = np.unique(np.round(np.asarray(aspects_deg, np.float64) % 180.0, 6))
+    runs = _runs_along(edges, known, step_m) or _runs_along(edges, edge_directions(edges), step_m)
     kept = [
-        AxisStrip(origin, s.along, s.stations, s.low, s.high, c, _odd(s.along, aspects_deg))
-        for s, c in zip(runs, chains, strict=True)
+        AxisStrip(origin, s.along, s.stations, s.low, s.high, c)
+        for s, c in zip(runs, _chain_lengths(runs), strict=True)
         if c >= shortest_m and len(s.stations) > 2 and np.median(s.high - s.low) <= CROSSWISE * c
     ]
     return tuple(sorted(kept, key=lambda p: -len(p.stations)))
 
 
-def _odd(along: FloatArray, aspects_deg: Sequence[float]) -> float:
-    own = np.degrees(np.arctan2(along[1], along[0]))
-    return float(_turn(np.array(aspects_deg), own).min()) if len(aspects_deg) else 0.0
+def _runs_along(edges: FloatArray, directions: FloatArray, step: float) -> list[_ChordRun]:
+    return [s for angle in directions.tolist() for s in _chord_runs(edges, angle, directions, step)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,31 +163,19 @@ def _angles(edges: FloatArray) -> FloatArray:
     return np.asarray(np.degrees(np.arctan2(y, x)) % 180.0)
 
 
-def strip_directions(edges: FloatArray, aspects_deg: Sequence[float]) -> FloatArray:
-    """Directions of edges, degrees from east, 0 to 180: clusters by length; those near a known aspect are that aspect."""
-    length = np.hypot(*(edges[:, 1] - edges[:, 0]).T)
-    angle = _angles(edges)
-    known = [a % 180.0 for a in aspects_deg]
+def edge_directions(edges: FloatArray) -> FloatArray:
+    """Directions of edges, degrees from east, 0 to 180: clusters by length."""
+    length, angle = np.hypot(*(edges[:, 1] - edges[:, 0]).T), _angles(edges)
     found: list[float] = []
     left = length > 0.4
-    near_known = np.min([_turn(angle, a) for a in known], axis=0) < 4.0 if known else np.zeros(len(angle), bool)
-    regular = float(length[near_known].sum()) > 0.6 * float(length.sum())
     while left.any() and len(found) < DIRECTIONS:
         votes = [float(length[left & (_turn(angle, a) < TURN_TOLERANCE_DEG / 2)].sum()) for a in angle[left]]
-        seed = float(angle[left][int(np.argmax(votes))])
-        near = left & (_turn(angle, seed) < TURN_TOLERANCE_DEG / 2)
+        near = left & (_turn(angle, float(angle[left][int(np.argmax(votes))])) < TURN_TOLERANCE_DEG / 2)
         mean = _mean_angle(angle[near], length[near])
-        direction = _known_one(mean, known)
-        least = ODD_SHARE if regular and direction not in known else 0.02
-        if float(length[near].sum()) > least * float(length.sum()):
-            found.append(direction)
+        if float(length[near].sum()) > LEAST_SHARE * float(length.sum()):
+            found.append(mean)
         left &= ~near & (_turn(angle, mean) >= TURN_TOLERANCE_DEG / 2)
     return np.unique(np.round(found, 6))
-
-
-def _known_one(angle: float, known: Sequence[float]) -> float:
-    near = [a for a in known if _turn(np.array([a]), angle)[0] < 4.0]
-    return min(near, key=lambda a: float(_turn(np.array([a]), angle)[0])) if near else angle
 
 
 def _turn(angle: FloatArray, other: float | FloatArray) -> FloatArray:
@@ -211,8 +198,12 @@ def _chord_runs(edges: FloatArray, angle: float, directions: FloatArray, step: f
     count = int(np.ceil(u.max() / step) - first) + 1
     stations = (first + 0.5 + np.arange(count)) * step
     at, low, high, ends = chords(turned, stations)
-    fits = _fits(_angles(edges)[ends], angle, directions)
-    runs = [part for run in _runs(at, low, high) for part in _fitting(run, fits[run], round(BRIDGED_M / step))]
+    turn = (_angles(edges)[ends] - angle + 90.0) % 180.0 - 90.0
+    runs = []
+    for run in _runs(at, low, high):
+        width = round(float(np.median(high[run] - low[run])) / step)
+        usual = ndimage.median_filter(turn[run], (width | 1, 1), mode="mirror")
+        runs += _fitting(run, _fits(usual + angle, angle, directions), round(BRIDGED_M / step))
     return [_ChordRun(along, stations[at[r]], low[r], high[r]) for r in runs]
 
 

@@ -76,7 +76,7 @@ def roof_raster(strip: AxisStrip, outline: Polygon, nadir: FrameRasters) -> Roof
     """Roof over a strip, and up to 4 m beyond its ends between the prolonged ends of its chords, within the outline."""
     cell = float(np.clip(nadir.grid.cell, 0.08, 0.5))
     u = np.arange(strip.stations[0] - CONTEXT_M, strip.stations[-1] + CONTEXT_M, cell)
-    v = np.arange(strip.low.min() - 2.0, strip.high.max() + 2.0, cell)
+    v = cell * np.arange(np.floor((strip.low.min() - 2.0) / cell), np.ceil((strip.high.max() + 2.0) / cell))
     uv = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
     xy = strip.to_world(uv.reshape(-1, 2))
     frame = nadir.frame.from_world(np.column_stack([xy, np.zeros(len(xy))]))
