@@ -9,12 +9,13 @@ import gc
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
-from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numba
 import numpy as np
 import shapely
+from numba.core.compiler import Flags
 from shapely import Polygon
 
 from cityflow.adjustment.descriptor_matching import MatchingParameters
@@ -224,10 +225,20 @@ def render() -> None:
         run_picture(Workspace(Store.open(folder), task), task)
 
 
+def compile_plainly() -> None:
+    """Leave out what costs time and no kernel wants: of its own functions numba makes forms for Python and for C, too, which nobody calls."""
+    gc.disable()
+    numba.config.DISABLE_ERROR_MESSAGE_HIGHLIGHTING = 1
+    for name in ("no_cpython_wrapper", "no_cfunc_wrapper"):
+        Flags.options[name]._default = True
+    # asked for wherever one function calls another; numba would ask each of its thirty options for its default again
+    defaults = {name: option.default for name, option in Flags.options.items()}
+    Flags.values = lambda flags: {**defaults, **flags._values}
+
+
 if __name__ == "__main__":
-    # the longest first; a house is painted when the first has compiled what both want. With Python's usual 700 new objects
-    # between two collections, a seventh of the time goes into these
-    with ProcessPoolExecutor(2, get_context("spawn"), gc.set_threshold, (100_000,)) as pool:
+    # the longest first; a house is painted when the first has compiled what both want
+    with ProcessPoolExecutor(2, initializer=compile_plainly) as pool:
         for part in [
             pool.submit(p)
             for p in (

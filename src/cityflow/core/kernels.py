@@ -47,7 +47,7 @@ def njit(**options: Any) -> Any:
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
-        kernel = numba.njit(no_cfunc_wrapper=True, **options)(function)
+        kernel = numba.njit(no_cfunc_wrapper=True, no_cpython_wrapper=False, **options)(function)
         kernel.get_call_template = partial(_template_by_types, kernel.get_call_template)
         if options.get("cache"):
             kept = kernel._cache._cache_file
