@@ -34,7 +34,7 @@ def test_a_flight_becomes_a_city_in_the_order_of_the_paper(
 
     assert done[0].code == 0, done[0].text
     assert not {stage for stage, _ in again} & BEFORE
-    assert {stage for stage, _ in again} >= {"walls", "outline", "reconstruct", "export"}
+    assert {stage for stage, _ in again} >= {"walls", "detect", "reconstruct", "export"}
     made = {unit: r for unit, r in newest(run, "reconstruct").items() if ("reconstruct", unit) in again}
     assert len(made) == 1, "the houses touch and are not split"
     (row,) = made.values()

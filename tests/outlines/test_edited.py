@@ -41,6 +41,31 @@ def test_a_drawn_outline_replaces_and_inherits() -> None:
     assert ([o.id for o in named], [(r.id, r.reason) for r in gone]) == (["mine"], [("a", REPLACED)])
 
 
+def test_an_outline_that_is_moved_keeps_name_and_attributes_and_none_of_that_name_is_refused() -> None:
+    for share in (0.9, 1.1):
+        moved = DrawnOutline(box(0, 0, 10 * share, 10), "a", locked=True)
+        result, refused = apply_to_outlines([_house("a", 0), _house("b", 20)], Edits((moved,)))
+        found = _by_id(result)
+        assert sorted(found) == ["a", "b"]
+        assert (dict(found["a"].attributes), round(found["a"].polygon.area, 6), refused) == (
+            {"street": "a"},
+            round(100 * share, 6),
+            [],
+        )
+    both, refused = apply_to_outlines([_house("a", 0)], Edits((moved,), rejected=(Point(5, 5),)))
+    assert ([o.id for o in both], refused) == (["a"], [])
+
+
+def test_a_unit_that_is_moved_leaves_its_neighbours_though_it_was_most_of_their_outline() -> None:
+    moved = DrawnOutline(box(0, -0.5, 42, 10), "row.17_4", locked=True)
+    result, refused = apply_to_outlines([_house("row", 0, 60)], Edits((moved,)))
+    found = _by_id(result)
+    assert (sorted(found), refused) == (["row", "row.17_4"], [])
+    assert found["row"].polygon.equals(box(42, 0, 60, 10))
+    alone, _ = apply_to_outlines([_house("row", 0, 60)], Edits((DrawnOutline(box(0, 0, 42, 10), "rowan"),)))
+    assert [o.id for o in alone] == ["rowan"]
+
+
 def test_a_house_locked_in_a_row_leaves_the_rest_on_both_sides() -> None:
     locked = DrawnOutline(box(20, 0, 26.5, 10), "villa", locked=True)
     result, refused = apply_to_outlines([_house("row", 0, 60)], Edits((locked,)))

@@ -11,6 +11,7 @@ import pytest
 import shapely
 
 from cityflow.core.building import Status
+from cityflow.core.edits import NO_EDITS, DrawnOutline, Edits
 from cityflow.core.grid import tile_at
 from cityflow.core.reference import Reference
 from cityflow.flow.ready import Ready
@@ -98,11 +99,13 @@ class Town:
         self.records: dict[Node, Record] = {}
         run(self.source(), self.records)
 
-    def source(self) -> CitySource:
+    def source(self, edits: Edits = NO_EDITS) -> CitySource:
         """Anew, but for what follows from the poses alone, which takes as long as all else."""
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(survey, "ImageSurvey", lambda *_: self._images)
-            return CitySource(self.catalog, self.asked, AREA)
+            found = CitySource(self.catalog, self.asked, AREA)
+        found.survey.__dict__["edits"] = edits
+        return found
 
 
 class Memory:
@@ -141,6 +144,28 @@ def run(
             records[node] = (leave or record_of)(task)
         ready.append(iter(source.after(task, records[node])))
     return ran
+
+
+def run_as_an_engine(
+    part: CityPart,
+    records: dict[Node, Record],
+    redo: Callable[[Task], bool],
+    leave: Callable[[Task], Record],
+    random: np.random.Generator,
+) -> set[Node]:
+    """What ran, where four tasks are under way at a time and any of them ends first."""
+    ready, under_way, ran = Ready(part.initial()), list[tuple[Task, int]](), set[Node]()
+    while True:
+        while len(under_way) < 4 and (following := ready.next()) is not None:
+            under_way.append(following)
+        if not under_way:
+            return ran
+        task, rank = under_way.pop(int(random.integers(len(under_way))))
+        node = task.stage, task.unit
+        if node not in records or records[node].digest != task.digest or redo(task):
+            ran.add(node)
+            records[node] = leave(task)
+        ready.add(part.after(task, records[node]), rank)
 
 
 def record_of(task: Task, *, edition: str = "", failed: bool = False) -> Record:
@@ -194,8 +219,8 @@ def is_among(nodes: Iterable[Node]) -> Callable[[Task], bool]:
     return lambda task: (task.stage, task.unit) in nodes
 
 
-def stale(town: Town, records: dict[Node, Record]) -> list[Node]:
-    return run(town.source(), dict(records))
+def stale(town: Town, records: dict[Node, Record], edits: Edits = NO_EDITS) -> list[Node]:
+    return run(town.source(edits), dict(records))
 
 
 AT_A_BORDER = "h1_11"
@@ -268,6 +293,80 @@ def test_an_outline_that_is_split_anew_reaches_all_that_its_tile_names(town: Tow
     assert stale(town, records) == []
     assert bool(part.renamed) == changed
     assert (len(ran) > 20) == changed
+
+
+def without(record: Record, house: str) -> Record:
+    """The same of a tile where a house is no more."""
+    if record.stage not in ("outline", "units"):
+        return record
+    entries = [e for e in record.result["units"] if e["id"] != house]
+    beside = [{**e, "neighbours": [n for n in e["neighbours"] if n != house]} for e in entries]
+    told = [e if e == b else {**b, "digest": f"{b['digest']} alone"} for e, b in zip(entries, beside, strict=True)]
+    return replace(record, result={**record.result, "units": told})
+
+
+def test_an_outline_that_is_rejected_and_comes_back_is_what_a_whole_run_makes(town: Town) -> None:
+    """Its tile and those that the edit may reach are looked at; what runs beside these is what a walk over the whole city finds out of date."""
+    if town.catalog.outlines is not None:
+        pytest.skip("given outlines are dealt out anew")
+    records, rejected = dict(town.records), Edits(rejected=(shapely.Point(HOUSES[AT_A_BORDER]["point"]),))
+    near = dict.fromkeys([owner(AT_A_BORDER), *sorted(tile for stage, tile in town.records if stage == "outline")])
+    nodes = [("outline", tile) for tile in near]
+    asked = Chosen(frozenset(nodes), dict.fromkeys(sorted(near), ()), tuple(near))
+    for edits in (rejected, NO_EDITS):
+        whole = dict(records)
+
+        def leave(task: Task, edits: Edits = edits) -> Record:
+            found = record_of(task)
+            return without(found, AT_A_BORDER) if edits.rejected else found
+
+        part = CityPart(town.source(edits), asked, Memory(records))
+        ran = run(part, records, is_among(nodes), leave)
+        assert ran[0] == nodes[0]
+        assert set(run(town.source(edits), whole, is_among(nodes), leave)) == set(ran)
+        assert whole == records
+        assert stale(town, records, edits) == []
+        assert part.renamed == {owner(AT_A_BORDER), owner("h1_12")}
+        assert not {s for s, _ in ran} & {"detect", "surface", "ingest"}
+        assert {u for s, u in ran if s == "split"} <= {AT_A_BORDER, "h1_10", "h1_12"}
+    assert {n: r.digest for n, r in records.items()} == {n: r.digest for n, r in town.records.items()}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_an_outline_that_is_moved_is_made_anew_whichever_task_ends_first(town: Town, seed: int) -> None:
+    """The building keeps its name: it is split, named and reconstructed again, and nothing that sees it begins before."""
+    if town.catalog.outlines is not None:
+        pytest.skip("given outlines are dealt out anew")
+    drawn = Edits(outlines=(DrawnOutline(shapely.box(*HOUSES[AT_A_BORDER]["bounds"]), AT_A_BORDER, locked=True),))
+    tiles = sorted(tile for stage, tile in town.records if stage == "outline")
+    nodes, records, whole = [("outline", tile) for tile in tiles], dict(town.records), dict(town.records)
+
+    def leave(task: Task) -> Record:
+        found = record_of(task)
+        if (task.stage, task.unit) not in (("outline", owner(AT_A_BORDER)), ("units", owner(AT_A_BORDER))):
+            return found
+        moved = [
+            {**e, "digest": f"{e['digest']} moved"} if e["id"] == AT_A_BORDER else e for e in found.result["units"]
+        ]
+        return replace(found, result={**found.result, "units": moved})
+
+    part = CityPart(town.source(drawn), Chosen(frozenset(nodes), dict.fromkeys(tiles, ())), Memory(records))
+    ran = run_as_an_engine(part, records, is_among(nodes), leave, np.random.default_rng(seed))
+    assert {("split", AT_A_BORDER), ("units", owner(AT_A_BORDER)), ("reconstruct", AT_A_BORDER)} <= ran
+    assert set(run(town.source(drawn), whole, is_among(nodes), leave)) == ran
+    assert whole == records
+    assert stale(town, records, drawn) == []
+
+
+def test_edits_that_change_no_outline_set_nothing_going(town: Town) -> None:
+    if town.catalog.outlines is not None:
+        pytest.skip("given outlines are dealt out anew")
+    records, beside = dict(town.records), shapely.Point(EXTENT[0] + 12.0, EXTENT[1] + 45.0)
+    edits, tiles = Edits(rejected=(beside,)), sorted(t for s, t in town.records if s == "outline")
+    nodes = [("outline", tile) for tile in tiles]
+    part = CityPart(town.source(edits), Chosen(frozenset(nodes), dict.fromkeys(tiles, ())), Memory(records))
+    assert set(run(part, records, is_among(nodes))) == {*nodes, ("export", "city")}
+    assert stale(town, records, edits) == []
 
 
 def test_what_is_unfinished_elsewhere_is_left_and_named(town: Town) -> None:
@@ -355,18 +454,7 @@ def test_any_few_outlines_as_an_engine_goes_through_them(town: Town, seed: int) 
 
     records, whole = dict(town.records), dict(town.records)
     part = CityPart(town.source(), chosen(*nodes), Memory(records))
-    ready, under_way, ran = Ready(part.initial()), list[tuple[Task, int]](), set[Node]()
-    while True:
-        while len(under_way) < 4 and (following := ready.next()) is not None:
-            under_way.append(following)
-        if not under_way:
-            break
-        task, rank = under_way.pop(int(random.integers(len(under_way))))
-        node = task.stage, task.unit
-        if records[node].digest != task.digest or node in nodes:
-            ran.add(node)
-            records[node] = leave(task)
-        ready.add(part.after(task, records[node]), rank)
+    ran = run_as_an_engine(part, records, is_among(nodes), leave, random)
     assert set(run(town.source(), whole, is_among(nodes), leave)) == ran
     assert whole == records
     assert stale(town, records) == []

@@ -133,7 +133,7 @@ def test_tasks_that_are_drafted_while_their_inputs_are_at_work_are_the_same(whol
     ended, drafts = drafted_through(CitySource(flown(), parameters()), 1)
     assert {t.name: t for t in ended} == {t.name: t for t in whole}
     assert len(ended) == len(whole)
-    stages = ("match", "fuse", "surface", "ortho", "frame", "walls", "outline")
+    stages = ("match", "fuse", "surface", "ortho", "frame", "walls", "detect", "outline")
     assert drafts == sum(t.stage in stages for t in whole), "none of these waits for the driver"
 
 
@@ -146,7 +146,7 @@ def test_tasks_that_are_drafted_know_what_has_failed(whole: list[Task]) -> None:
     assert {t.name: t for t in ended} == {t.name: t for t in plain}
     digests = {t.name: t.digest for t in whole}
     changed = {t.stage for t in plain if t.stage != "export" and t.digest != digests[t.name]}
-    assert changed >= {"surface", "outline"}
+    assert changed >= {"surface", "detect"}
 
 
 @pytest.fixture(scope="module")
@@ -216,7 +216,7 @@ def test_every_task_once_and_after_what_it_reads(whole: list[Task]) -> None:
     assert names[-1] == ("export", "city")
     by_stage = {
         stage: [t for t in whole if t.stage == stage]
-        for stage in ("match", "fuse", "surface", "ortho", "frame", "walls", "outline", "split", "units")
+        for stage in ("match", "fuse", "surface", "ortho", "frame", "walls", "detect", "outline", "split", "units")
     }
     assert all(by_stage.values())
     for task in by_stage["match"]:
@@ -228,9 +228,10 @@ def test_every_task_once_and_after_what_it_reads(whole: list[Task]) -> None:
             read = [path.split("/")[2] for path in task.arguments["depths"]["maps"]]
             assert read
             assert all(place["match", u] < place[stage, task.unit] for u in read)
-    for task in by_stage["outline"]:
-        assert all(place["walls", path.split("/")[2]] < place["outline", task.unit] for path in task.arguments["walls"])
+    for task in by_stage["detect"]:
+        assert all(place["walls", path.split("/")[2]] < place["detect", task.unit] for path in task.arguments["walls"])
         assert f"work/walls/{task.unit}/out" in task.arguments["walls"]
+        assert place["detect", task.unit] < place["outline", task.unit]
     tilted = CitySource(flown(), parameters()).survey.images.tilted
     for task in by_stage["split"]:
         own = task.unit.removeprefix("house ")

@@ -192,11 +192,14 @@ def test_the_sample_knows_no_tiles(whole: dict[float, Dealt]) -> None:
     assert whole[100.0].survey.given.sample[1][1] == whole[250.0].survey.given.sample[1][1]
 
 
-def test_sampled_outlines_are_noded_with_their_chains(whole: dict[float, Dealt]) -> None:
-    made = whole[100.0]
-    path = made.survey.given.sample[1][0]
-    store = Store.open(str(Path(made.survey.catalog.outlines.href).parent / "100.0" / "run"))  # type: ignore[union-attr]
-    found = outline_accuracy.noded_sample(store.read_bytes(path), 0.05)
+def test_sampled_outlines_are_noded_with_their_chains_whatever_is_edited(
+    tmp_path: Path, whole: dict[float, Dealt]
+) -> None:
+    made = dealt(tmp_path, gpkg(tmp_path, town()), 100.0, Edits())
+    file, (path, digest) = made.survey.given.sample
+    edited = whole[100.0].survey.given.sample
+    assert (edited[0], edited[1][1]) == (file, digest)
+    found = outline_accuracy.noded_sample(Store.open(str(tmp_path / "run")).read_bytes(path), 0.05)
     polygons = made.polygons
     assert len(found) > 300
     assert all(polygons[o.id] == o.polygon.wkb for o in found if o.id in polygons)

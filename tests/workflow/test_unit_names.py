@@ -41,14 +41,25 @@ def test_what_is_not_there_is_refused(run: str, stage: str, unit: str, told: str
         look_at_names(run, stage, [unit] if unit else [])
 
 
-def test_what_is_there_passes_and_a_large_index_is_left_for_later(run: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_there_passes_and_joined_records_are_left_for_later(run: str) -> None:
     look_at_names(run, "reconstruct", ["north.1", "th.2"])
-    monkeypatch.setattr(unit_names, "MOST_LOOKED_AT_BYTES", 10)
+    (Path(run) / "segments").mkdir()
     look_at_names(run, "split", ["south"])
 
 
+def test_a_look_finds_what_the_ledger_finds(run: str) -> None:
+    """Names that need quoting in a path, too."""
+    store = Store.open(run)
+    for unit in ("a/b c", "ä%2F", "..", ""):
+        write_record(store, Record("split", unit, 1, "d", 1, Status.DONE, "", {}, {}, {}, {}))
+    with Ledger.open(store) as ledger:
+        for name in ("a/b", "ä%2F", "..", "north.1", "2F"):
+            look_at_names(run, "split", [name])
+            assert unit_names.named_in(run, [name], ledger) == unit_names.named_units(run, [name])
+
+
 def test_looking_imports_no_stage() -> None:
-    found = "[m for m in sys.modules if m.startswith(('cityflow.pipeline', 'cityflow.stages', 'numba'))]"
-    code = f"import sys, cityflow.workflow.unit_names, cityflow.workflow.status; print({found})"
+    found = "[m for m in sys.modules if m.startswith(('cityflow.pipeline', 'cityflow.stages', 'cityflow.flow', 'numpy', 'numba'))]"
+    code = f"import sys, cityflow.workflow.unit_names; print({found})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

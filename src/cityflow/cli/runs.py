@@ -233,8 +233,9 @@ def explain(
         explain_image(run_url, unit, options.console, every_parameter, as_json)
         return
     look_at_run(run_url)
-    from cityflow.workflow.unit_names import named_units
+    from cityflow.workflow.unit_names import look_at_names, named_units
 
+    look_at_names(run_url, "", [unit])
     unit = named_units(run_url, [unit])[0]
     from cityflow.workflow.explain import print_explanation, write_candidates
 

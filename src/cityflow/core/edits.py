@@ -90,6 +90,21 @@ class Edits:
     def locked(self) -> tuple[Polygon, ...]:
         return tuple(o.polygon for o in self.outlines if o.locked)
 
+    @property
+    def of_outlines(self) -> Edits:
+        """Those that say which outlines there are; without the notes, as the next."""
+        return Edits(outlines=self.outlines, rejected=self.rejected)
+
+    @property
+    def of_splits(self) -> Edits:
+        """Those that say how an outline is split: lines, and outlines that never are."""
+        return Edits(outlines=self.outlines, cut_lines=self.cut_lines, no_cut_lines=self.no_cut_lines)
+
+    @property
+    def of_units(self) -> Edits:
+        """Those that say which units of an outline stand."""
+        return Edits(rejected=self.rejected)
+
     def within(self, bounds: Bounds) -> Edits:
         """Those that act somewhere in a box."""
         return self.near(shapely.box(*bounds)) if len(self) else NO_EDITS

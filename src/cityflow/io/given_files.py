@@ -10,8 +10,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from cityflow.errors import CatalogError, CityflowError
 
 SMALL_MB = 64
@@ -73,6 +71,8 @@ def json_of(text: str | bytes) -> Any:
 
 def yaml_of(text: str) -> Any:
     """Plain YAML: what unfolds without end, odd scalars and tags are refused. Raises ValueError with one line."""
+    import yaml  # not before there is a file to read: a command that was mistyped answers at once
+
     try:
         return _bounded(yaml.safe_load(text))
     except RecursionError:

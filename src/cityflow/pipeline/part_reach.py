@@ -12,7 +12,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds, grown
 from cityflow.flow.stage import Node, Place
 from cityflow.pipeline.pipeline import PIPELINE, STAGES
-from cityflow.survey.city import UNITS, City
+from cityflow.survey.city import OUTLINE, UNITS, City
 
 TILES_AROUND = 1.5
 """A tile whose units may be others is felt so many tiles away at most: by its neighbours, and by what shares walls with these."""
@@ -29,7 +29,7 @@ class Chosen:
     @property
     def may_rename(self) -> bool:
         """Whether there may be other units in the end."""
-        return any(STAGES[stage].place is Place.OUTLINE or stage == UNITS for stage, _ in self.nodes)
+        return any(STAGES[stage].place is Place.OUTLINE or stage in (OUTLINE, UNITS) for stage, _ in self.nodes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +53,8 @@ class Reach:
     places: frozenset[str]
 
     @classmethod
-    def of(cls, city: City, chosen: Chosen, renamed: Collection[str]) -> Reach:
-        """Where the units of some tiles may be others."""
+    def of(cls, city: City, chosen: Chosen, renamed: Collection[str], told: Collection[str] = ()) -> Reach:
+        """Where the units of some tiles may be others; what is merged of tiles that have `told` something else is reached, too."""
         lattice, renames = city.survey.lattice, bool(renamed)
         whole = {*renamed, *(t for t, found in chosen.places.items() if not found)}
         own = [shapely.box(*lattice.tiles[t].bounds) for t in sorted(whole)]
@@ -67,6 +67,7 @@ class Reach:
         boxes = np.array([grown(b, looked_m) for found in chosen.places.values() for b in found]).reshape(-1, 4)
         level = {t for t, tile in lattice.tiles.items() if t in chosen.places or _meets(tiles, tile.bounds, tiles_m)}
         places = set(level)
+        level |= set(told)
         while level:
             level = {city.districts.parent[name] for name in level if name in city.districts.parent}
             places |= level

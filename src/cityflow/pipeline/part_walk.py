@@ -26,6 +26,9 @@ class Standing(Protocol):
     def may_change(self, node: Node) -> bool:
         """Whether what is chosen may reach the node: quick, and true in doubt."""
 
+    def is_due(self, node: Node) -> bool:
+        """Whether its task is made whatever becomes of what it needs: it is chosen, or something acts on it that is no task."""
+
     def has(self, node: Node) -> bool:
         """Whether it has a record."""
 
@@ -118,8 +121,8 @@ class PartWalk(Walk[C]):
             self.left.add(node)
 
     def _follows(self, node: Node) -> bool:
-        """Whether the node is chosen, or something that it is made from was made."""
-        if node in self._standing.chosen or not self.made.isdisjoint(self._standing.named_by(node)):
+        """Whether the node is due, or something that it is made from was made."""
+        if self._standing.is_due(node) or not self.made.isdisjoint(self._standing.named_by(node)):
             return True
         name, unit = node
         return any(not self.made.isdisjoint(step(self._context, unit)) for step in self.stages[name].needs)

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from cityflow.flow.stage import Stage
 from cityflow.stages import (
     atlas,
+    detect,
     export,
     frame,
     fuse,
@@ -32,6 +33,7 @@ PIPELINE: tuple[Stage[City], ...] = (
     ortho.STAGE,
     frame.STAGE,
     walls.STAGE,
+    detect.STAGE,
     outline.STAGE,
     split.STAGE,
     units.STAGE,

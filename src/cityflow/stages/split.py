@@ -91,7 +91,8 @@ def task(survey: Survey, outline: UnitEntry, photographs: Photographs) -> Task:
     parameters = survey.parameters_of(NAME, outline.id, survey.parameters.split).method
     under = survey.lattice.tiles_under(outline)
     shown = _shown(survey, under)
-    edits = edits_digest(survey.edits, outline.bounds)
+    drawn = survey.edits.of_splits
+    edits = edits_digest(drawn, outline.bounds)
     pieces = survey.index.over(grown(outline.bounds, AROUND_M)) if survey.source.kind == LIDAR else {}
     return KIND.task(
         outline.id, parameters=as_json(parameters),
@@ -101,7 +102,7 @@ def task(survey: Survey, outline: UnitEntry, photographs: Photographs) -> Task:
             "frames": shown.digest, **photographs.inputs,
         },
         given=SplitInputs(
-            outline.at, survey.surfaces, tuple(pieces), survey.source.kind == IMAGES, shown.frames, survey.edits.within(outline.bounds),
+            outline.at, survey.surfaces, tuple(pieces), survey.source.kind == IMAGES, shown.frames, drawn.within(outline.bounds),
             survey.looks_for_borders, photographs.given,
         ),
         limits=survey.limits(NAME), shared=photographs.shared,

@@ -82,7 +82,7 @@ def task(survey: Survey, name: str, own: Sequence[UnitEntry], beside: Sequence[U
     every = [*own, *(o for o in beside if o.id not in {u.id for u in own})]
     splits = {o.id: survey.results.outputs_of("split", o.id) for o in every}
     reasons = {o.id: survey.results.reason_of("split", o.id) for o in every}
-    edits = [survey.edits.near(shapely.box(*o.bounds)) for o in every if len(survey.edits)]
+    edits = [survey.edits.of_units.near(shapely.box(*o.bounds)) for o in every if survey.edits.rejected]
     drawn = list(dict.fromkeys(line for e in edits for line in e.lines()))
     return KIND.task(
         name,

@@ -21,7 +21,7 @@ from cityflow.survey.tiles_in_use import TilesInUse
 from cityflow.survey.unit_entry import UnitEntry
 from cityflow.survey.unit_index import UnitIndex
 
-INGEST, OUTLINE, SPLIT, UNITS, EXPORT = "ingest", "outline", "split", "units", "export"
+INGEST, DETECT, OUTLINE, SPLIT, UNITS, EXPORT = "ingest", "detect", "outline", "split", "units", "export"
 OUTLINES = "outlines"
 """Unit of the stage ``ingest`` that reads given outlines."""
 

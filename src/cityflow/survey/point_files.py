@@ -42,7 +42,9 @@ class PointIndex:
         return tile_names_over(bounds, self._sizes.tile_m)
 
     def of_file(self, name: str) -> dict[str, str]:
-        """Path → digest of the pieces of one LiDAR file."""
+        """Path → digest of the pieces of one LiDAR file; none where its task has not ended."""
+        if self._results.of(self._source.indexed_by, name) is None:
+            return {}
         return dict(sorted(piece for (part, _), piece in self._pieces.items() if part == name))
 
 

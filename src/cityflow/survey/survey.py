@@ -90,8 +90,7 @@ class Survey:
 
     @property
     def outlines_given(self) -> bool:
-        source = self.parameters.outline.source
-        return source == "given" or (source == "auto" and self.catalog.outlines is not None)
+        return outlines_are_given(self.catalog, self.parameters)
 
     @property
     def splits(self) -> bool:
@@ -256,3 +255,9 @@ def source_kind_of(catalog: Catalog, asked: str) -> str:
 def states_gsd(parameters: WallPointParameters | WallLineParameters) -> bool:
     """Whether a workflow states a sampling distance: the default stands for the survey's own, also where a run's description lists all defaults."""
     return bool(parameters.gsd_m != type(parameters).model_fields["gsd_m"].default)
+
+
+def outlines_are_given(catalog: Catalog, parameters: SurveyParameters) -> bool:
+    """Whether outlines come from a file, and are not found in the surface."""
+    source = parameters.outline.source
+    return source == "given" or (source == "auto" and catalog.outlines is not None)

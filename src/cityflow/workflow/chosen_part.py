@@ -11,7 +11,7 @@ from cityflow.core.grid import Bounds
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.row import Row
 from cityflow.flow.stage import Node, Place
-from cityflow.pipeline.city_part import may_begin_with
+from cityflow.pipeline.city_part import GIVEN, may_begin_with
 from cityflow.pipeline.part_reach import Chosen
 from cityflow.pipeline.pipeline import STAGES
 from cityflow.stages import reconstruct
@@ -39,18 +39,23 @@ class Selection:
 def part_of(city: City, ledger: Ledger, selection: Selection) -> Chosen | None:
     """The chosen tasks and where they are; None where only a walk over the whole city can tell, or has to follow.
 
-    That is where something is chosen that comes before outlines are split, an outline that was refused, a unit whose tile has not come so far, or what
-    stands beyond the area of interest: its neighbours inside tell whether it is asked for. Units of an earlier request are left out.
+    That is where something is chosen that comes before outlines, an outline that was refused, a unit whose tile has not come so far, or what stands beyond
+    the area of interest: its neighbours inside tell whether it is asked for. Units of an earlier request are left out.
     """
     found = {(stage, unit) for stage, unit in _recorded(ledger, selection) if _is_asked(city, stage, unit)}
     if not found or not all(may_begin_with(stage) for stage, _ in found):
         return None
+    if any(stage == OUTLINE for stage, _ in found):
+        found |= {GIVEN} if city.survey.outlines_given else set()
     places: dict[str, list[Bounds]] = defaultdict(list)
     nodes, known = set[Node](), _Known(city, ledger)
     for stage, unit in found:
+        if (stage, unit) == GIVEN:
+            nodes.add(GIVEN)
+            continue
         if STAGES[stage].place in (Place.TILE, Place.ATLAS_CELL):
             tile = _tile_in(city, unit)
-            if tile is not None and tile not in city.tile_names:
+            if tile is not None and tile not in city.tile_names and stage != OUTLINE:
                 return None
             if tile is not None:
                 places.setdefault(tile, [])

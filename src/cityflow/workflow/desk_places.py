@@ -19,6 +19,7 @@ from cityflow.io.tables.edits_written import Edit
 from cityflow.reporting.tile_rows import NO_TILE
 from cityflow.runs.prepare import Prepared
 from cityflow.stages import outline, reconstruct, split, units
+from cityflow.survey.survey import outlines_are_given
 
 Json = Any
 
@@ -42,35 +43,34 @@ class Places:
     def commands(self, edits: Sequence[Edit], chosen: Sequence[str], settings: Sequence[str]) -> list[list[str]]:
         """Options of `cityflow rerun` that carry out edits, and make chosen buildings again with settings.
 
-        An outline that changes concerns its whole tile; digests tell what else has to run, edits of borders and roofs included. Buildings that an edit is
+        An outline that changes concerns its tile, and all tiles that it may reach into; digests tell what else has to run there. Buildings that an edit is
         of come before those that only stand so near that it might be.
         """
-        tiles, cut, roofs = set[str](), set[str](), dict[str, bool]()
+        tiles, cut, roofs = dict[str, None](), set[str](), dict[str, bool]()
+        given = outlines_are_given(self.run.catalog, self.run.workflow.city)
         for edit in edits:
             over = self._tiles(edit)
-            if edit.layer in (CUT_LINES, NO_CUT_LINES):
-                cut |= {e["id"] for e in self._entries(outline.NAME, over) if _meets(e, edit)}
+            if edit.layer in (CUT_LINES, NO_CUT_LINES) and not given:
+                crossed = {e["id"] for e in self._entries(outline.NAME, over) if _meets(e, edit)}
+                cut |= {o for o in crossed if self.ledger.has(split.NAME, o)}
             elif edit.layer == ROOF_TYPES:
                 named = self._entries(units.NAME, over) or self._entries(outline.NAME, over)
                 roof = SetRoofType(edit.shape, edit.value)
                 for e in (e for e in named if roof.may_name(e["bounds"])):
                     roofs[e["id"]] = roofs.get(e["id"], False) or roof.names(self._shape(e))
             else:
-                tiles |= {t for t in over if self.ledger.has(outline.NAME, t)}
-        cut = {o for o in cut if self.ledger.has(split.NAME, o)}
+                # the tiles that it stands in come first; given outlines are dealt out by chains of neighbours, which tell the others, and the first border
+                # has them split, the last one that goes has them whole again
+                reach_m = REACH_M + (0.0 if given else outline.edits_reach_m(self.run.workflow.city))
+                around = tile_names_over(grown(edit.shape.bounds, reach_m), self.run.workflow.city.tiles.tile_m)
+                tiles |= dict.fromkeys(t for t in (*over, *around) if self.ledger.has(outline.NAME, t))
         first = sorted((u for u in roofs if self.ledger.has(reconstruct.NAME, u)), key=lambda u: (not roofs[u], u))
-        found = []
-        if tiles:
-            found.append(_options(outline.NAME, sorted(tiles)))
-        else:
-            found += [
-                _options(stage, names)
-                for stage, names in (
-                    (split.NAME, sorted(cut)),
-                    (reconstruct.NAME, [u for u in first if u not in chosen]),
-                )
-                if names
-            ]
+        asked = (
+            (split.NAME, sorted(cut)),
+            (reconstruct.NAME, [u for u in first if u not in chosen]),
+            (outline.NAME, list(tiles)),
+        )
+        found = [_options(stage, names) for stage, names in asked if names]
         if chosen:
             found.append([*_options("", sorted(chosen)), *settings])
         return found

@@ -17,6 +17,7 @@ from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.pipeline.part_reach import Chosen
 from cityflow.pipeline.pipeline import in_flow_order
 from cityflow.pipeline.workflow_parameters import CityParameters
+from cityflow.runs.asked import read_asked
 from cityflow.runs.current import CurrentRecords, current_records
 from cityflow.runs.known_keys import nearest
 from cityflow.runs.overrides import clear_overrides, overrides_for, read_overrides, write_overrides
@@ -24,6 +25,7 @@ from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import open_run
 from cityflow.runs.settings import parse_setting
 from cityflow.stages import match, outline, units
+from cityflow.survey.city import City
 from cityflow.workflow.chosen_part import Selection, part_of
 from cityflow.workflow.run import Extras, execute
 from cityflow.workflow.run_part import Where, execute_part
@@ -103,13 +105,30 @@ def chosen_units(wanted: Prepared, ledger: Ledger, asked: Rerun) -> Found:
         refuse_outside(wanted.catalog)
     selection = replace(asked.selection, units=tuple(named_in(wanted.store.root, asked.selection.units, ledger)))
     refuse_unknown_stage(selection.stage, in_flow_order(ledger.stages()))
-    # poses that nobody has looked at yet decide about the whole city
-    part = None if wanted.poses_are_unknown else part_of(wanted.source(ledger).city, ledger, selection)
+    city = wanted.source(ledger).city
+    part = (
+        None
+        if _concerns_all(wanted, ledger, city, replace(asked, selection=selection))
+        else part_of(city, ledger, selection)
+    )
     chosen = select(current_records(wanted, ledger), selection) if part is None else part.nodes
     if not asked.trust:
         refuse_untrusted(wanted, asked.settings, of_the_run=True, cleared=chosen if asked.clear else frozenset())
     refuse_foreign(asked.settings, chosen, lambda: current_records(wanted, ledger), wanted.store.root)
     return Found(chosen, part)
+
+
+def _concerns_all(wanted: Prepared, ledger: Ledger, city: City, asked: Rerun) -> bool:
+    """Whether the whole city has to be gone through: for poses that nobody has looked at yet, for outlines with other parameters, as these say how they are
+    found, and where given outlines are split now, as the first border is drawn, or no longer."""
+    if wanted.poses_are_unknown or asked.selection.stage != outline.NAME:
+        return wanted.poses_are_unknown
+    if asked.settings or asked.clear:
+        return True
+    if not city.survey.outlines_given:
+        return False
+    note = read_asked(wanted.store, ledger)
+    return note is None or (units.NAME in note.tasks) != city.survey.splits
 
 
 def why_nothing(selection: Selection) -> str:

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import unquote
 
 from cityflow.errors import RunError
-from cityflow.flow.index import FILE
-from cityflow.flow.ledger import Ledger
-from cityflow.flow.store import Store
+
+if TYPE_CHECKING:
+    from cityflow.flow.ledger import Ledger
 
 BUILDINGS = "reconstruct"
 MOST_NAMED = 5
-MOST_LOOKED_AT_BYTES = 64 * 2**20
-"""Of an index of records that is opened for a first look alone: about 100,000 records."""
+RECORDS, SEGMENTS = "records", "segments"
+"""Folders of a RUN, as `flow.records` and `flow.record_segments` name them: these would be imported with all that reads records."""
 
 
 def named_units(url: str, names: Sequence[str]) -> list[str]:
@@ -27,24 +31,36 @@ def named_units(url: str, names: Sequence[str]) -> list[str]:
     """
     if not names:
         return []
+    from cityflow.flow.ledger import Ledger
+    from cityflow.flow.store import Store
+
     with Ledger.open(Store.open(url)) as ledger:
         return named_in(url, names, ledger)
 
 
 def look_at_names(url: str, stage: str, names: Sequence[str]) -> None:
-    """Make sure, before heavy imports, that a local RUN of usual size has a stage and units of these names.
+    """Make sure, before heavy imports, that a local RUN has a stage and units of these names.
+
+    Names are those of the folders of records; a RUN whose records are joined in segments is not looked at, since only the ledger knows all.
 
     Raises
     ------
     RunError
         It has not.
     """
-    index = Path(url).expanduser() / FILE
-    if "://" in url or not index.is_file() or index.stat().st_size > MOST_LOOKED_AT_BYTES:
+    folder = Path(url).expanduser()
+    if "://" in url or not (folder / RECORDS).is_dir() or (folder / SEGMENTS).exists():
         return
-    with Ledger.open(Store.open(url)) as ledger:
-        refuse_unknown_stage(stage, ledger.stages())
-        named_in(url, names, ledger)
+    stages = {unquote(found.name): Path(found) for found in os.scandir(folder / RECORDS) if found.is_dir()}
+    refuse_unknown_stage(stage, sorted(stages))
+    units = {s: partial(_names_in, path) for s, path in stages.items()}
+    for name in names:
+        _found(url, name, units)
+
+
+def _names_in(folder: Path) -> list[str]:
+    """Units that have a folder of records; names that are too long for one, and so are cut, as they are."""
+    return [unquote(entry.name) if entry.name != "%" else "" for entry in os.scandir(folder)]
 
 
 def refuse_unknown_stage(stage: str, known: Sequence[str]) -> None:
@@ -55,16 +71,18 @@ def refuse_unknown_stage(stage: str, known: Sequence[str]) -> None:
 
 def named_in(url: str, names: Sequence[str], ledger: Ledger) -> list[str]:
     """The same, of a RUN that is open."""
-    return [_named(url, name, ledger) for name in names]
+    known = {stage: partial(ledger.units, stage) for stage in ledger.stages()}
+    return [name if any(ledger.has(s, name) for s in known) else _found(url, name, known) for name in names]
 
 
-def _named(url: str, name: str, ledger: Ledger) -> str:
-    """A unit of exactly this name, else the one building, else the one unit of any stage, that has it in its name."""
-    stages = sorted(ledger.stages(), key=lambda stage: stage != BUILDINGS)
-    if any(ledger.latest(stage, name) is not None for stage in stages):
+def _found(url: str, name: str, known: Mapping[str, Callable[[], Iterable[str]]]) -> str:
+    """A unit of exactly this name, else the one building, else the one unit of any stage, that has it in its name; `known`: stage → lists its units."""
+    stages = sorted(known, key=lambda stage: stage != BUILDINGS)
+    listed = {stage: list(known[stage]()) for stage in stages}
+    if any(name in units for units in listed.values()):
         return name
     for part in ([BUILDINGS], stages):
-        found = sorted({u for stage in part for u in ledger.units(stage) if name.lower() in u.lower()})
+        found = sorted({u for stage in part for u in listed.get(stage, ()) if name.lower() in u.lower()})
         if len(found) == 1:
             return found[0]
         if found:

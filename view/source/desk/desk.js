@@ -47,7 +47,8 @@ export async function wireDesk(desk, page) {
     page.compare.offer(id, known);
   };
   desk.listen({
-    job: (job) => desk.reruns.told(job), state: () => attempt(() => desk.refresh()), watch: (news) => desk.watch.told(news),
+    // a rerun is done for people when the list and the scene have what it made
+    job: (job) => (['done', 'failed'].includes(job.stand) ? renewal.then(() => desk.reruns.told(job)) : desk.reruns.told(job)), state: () => attempt(() => desk.refresh()), watch: (news) => desk.watch.told(news),
     models: (news) => arrived(page, news),
     changed: () => (renewal = renewal.then(() => attempt(() => renew(page)))), trouble: ({ text }) => say(text),
   });

@@ -41,8 +41,10 @@ def apply_to_outlines(outlines: Sequence[Outline], edits: Edits) -> tuple[list[O
 
     Found outlines of which half or more lies under drawn ones go; of others the common part goes, and what is narrower
     than half a metre after that. A drawn outline keeps its vertices; it only gets those of its neighbours on its edges.
-    Without an id of its own it takes over id and attributes of the found one that it covers most of. A found outline
-    that a rejecting point stands in, or a rejecting polygon covers half of, is refused; a drawn one never.
+    With the id of a found one under it, it takes over its attributes; without an id, id and attributes of the found one
+    that it covers most of. One with the id of a unit, which begins with that of its outline, leaves the rest of that
+    outline, however much it covers: its neighbours stand there. A found outline that a rejecting point stands in, or a
+    rejecting polygon covers half of, is refused; a drawn one never.
 
     Parameters
     ----------
@@ -57,14 +59,19 @@ def apply_to_outlines(outlines: Sequence[Outline], edits: Edits) -> tuple[list[O
     standing = [o for o, no in zip(outlines, no_building, strict=True) if not no]
     common = _common_area(standing, drawn)
     area = np.array([o.polygon.area for o in standing])
-    gone = common.sum(axis=1) >= _HALF * area
-    heirs = _heirs(common, gone, drawn)
+    is_part = np.array([[d.drawn.id.startswith(f"{o.id}.") for d in drawn] for o in standing], bool).reshape(
+        common.shape
+    )
+    gone = (common * ~is_part).sum(axis=1) >= _HALF * area
+    heirs = _heirs(common, gone, standing, drawn)
     left = [p for o, g, c in zip(standing, gone, common, strict=True) for p in _left_of(o, bool(g), c, drawn)]
     refusals += [
         Refusal(o.id, REPLACED, o.polygon) for i, o in enumerate(standing) if gone[i] and i not in heirs.values()
     ]
     new = [_as_outline(d, standing[heirs[k]] if k in heirs else None) for k, d in enumerate(drawn)]
-    return _tied(left, with_ids(new)), refusals
+    kept = _tied(left, with_ids(new))
+    names = {o.id for o in kept}
+    return kept, [r for r in refusals if r.id not in names]
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,13 +192,17 @@ def _common_area(outlines: Sequence[Outline], drawn: Sequence[_Standing]) -> NDA
     return result
 
 
-def _heirs(common: NDArray[np.float64], gone: BoolArray, drawn: Sequence[_Standing]) -> dict[int, int]:
-    """Which replaced outline each nameless drawn one continues: the largest common parts choose first."""
+def _heirs(
+    common: NDArray[np.float64], gone: BoolArray, standing: Sequence[Outline], drawn: Sequence[_Standing]
+) -> dict[int, int]:
+    """Which replaced outline each drawn one continues: that of its id; of those without an id, the largest common parts choose first."""
     result: dict[int, int] = {}
-    pairs = [(-common[i, k], i, k) for i, k in zip(*np.nonzero(common * gone[:, None]), strict=True)]
-    for _, i, k in sorted(pairs):
-        if not drawn[k].drawn.id and int(k) not in result and int(i) not in result.values():
-            result[int(k)] = int(i)
+    pairs = [(-common[i, k], int(i), int(k)) for i, k in zip(*np.nonzero(common * gone[:, None]), strict=True)]
+    by_name = [p for p in pairs if drawn[p[2]].drawn.id == standing[p[1]].id]
+    nameless = [p for p in pairs if not drawn[p[2]].drawn.id]
+    for _, i, k in [*sorted(by_name), *sorted(nameless)]:
+        if k not in result and i not in result.values():
+            result[k] = i
     return result
 
 

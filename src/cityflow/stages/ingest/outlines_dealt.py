@@ -38,7 +38,7 @@ from cityflow.survey.city import INGEST as NAME
 from cityflow.survey.city import OUTLINES
 from cityflow.survey.survey import Survey
 
-VERSION = 4
+VERSION = 5
 OUTSIDE = "stands outside the survey: nothing was measured there"
 
 
@@ -74,7 +74,7 @@ class OutlinesParameters(TaskInputs):
 
 def task(survey: Survey) -> Task:
     """Read and deal out the given outlines of the whole city."""
-    asset = survey.catalog.outlines
+    asset, edits = survey.catalog.outlines, survey.edits.of_outlines
     assert asset is not None
     return KIND.task(
         OUTLINES,
@@ -84,10 +84,10 @@ def task(survey: Survey) -> Task:
         )),
         inputs={
             "file": asset.checksum, "tiles": digest_of(list(survey.lattice.tiles)),
-            **({"edits": digest_of(survey.edits.lines())} if len(survey.edits) else {}),
+            **({"edits": digest_of(edits.lines())} if len(edits) else {}),
         },
         given=OutlinesInputs(
-            SourceFile(asset.href, asset.size, asset.checksum), tuple(survey.lattice.tiles), survey.edits
+            SourceFile(asset.href, asset.size, asset.checksum), tuple(survey.lattice.tiles), edits
         ),
         limits=survey.limits(NAME),
     )  # fmt: skip
@@ -99,15 +99,16 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     with OutlineSpool() as spool:
         read = _Read(spool)
         notes = _clean(read, given.file, p)
-        named, edited = _edited(read, given.edits)
-        chain = chains_by_cells(
-            named.bounds, p.noding_tolerance_m, p.tile_m, lambda n: spool.polygons(named.numbers[n])
-        )
+        as_given = read.settle()
+        chain = _chains(read, as_given, p)
+        # how exact they are is a matter of the given ones: no edit changes it, which every unit of the city depends on
+        sampled_from, sample = _sampled(read, as_given, chain, set(given.tiles), p)
+        named, edited = _edited(read, as_given, given.edits)
+        chain = chain if named is as_given else _chains(read, named, p)
         dealt = deal(named.bounds, named.points, chain, p.tile_m, set(given.tiles), p.noding_tolerance_m)
         for tile, members in sorted(dealt.members.items()):
             ordered = sorted(members, key=lambda i: named.names[i])
             workspace.write(f"{tile}.jsonl", b"".join(read.lines(named.numbers[ordered].tolist())))
-        sampled_from, sample = _sampled(read, named, chain, set(given.tiles), p)
         far = read.outlines(named.numbers[dealt.outside].tolist())
         outside = [Refusal(o.id, OUTSIDE, o.polygon) for o in far]
         standing = set(named.names) - {r.id for r in outside}
@@ -140,9 +141,15 @@ def _clean(read: _Read, source: SourceFile, p: OutlinesParameters) -> list[str]:
     return file.notes
 
 
-def _edited(read: _Read, edits: Edits) -> tuple[_Named, list[Refusal]]:
+def _chains(read: _Read, named: _Named, p: OutlinesParameters) -> IntArray:
+    """Of each outline the chain of neighbours that it belongs to."""
+    return chains_by_cells(
+        named.bounds, p.noding_tolerance_m, p.tile_m, lambda n: read.spool.polygons(named.numbers[n])
+    )
+
+
+def _edited(read: _Read, named: _Named, edits: Edits) -> tuple[_Named, list[Refusal]]:
     """The outlines that stay, with the edits in force, and those that do not stay because of these."""
-    named = read.settle()
     found = apply_to_many(named.names, named.bounds, lambda n: read.outlines(named.numbers[n].tolist()), edits)
     return read.replaced(named, found.numbers, found.instead), found.refused
 

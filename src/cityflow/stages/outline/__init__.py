@@ -1,46 +1,36 @@
-"""Stage ``outline``: the units of a ground tile, from given outlines or found in the surface."""
+"""Stage ``outline``: the outlines of a ground tile, given or found (``detect``), with what a person has drawn."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
-from cityflow.core.building import Outline, Status
+from cityflow.core.building import Status
 from cityflow.core.edits import edits_digest
 from cityflow.core.grid import Tile
 from cityflow.flow.stage import Cost, Node, Place, Stage
-from cityflow.flow.store import Store
-from cityflow.flow.task import Json, Outcome, Task, digest_of
+from cityflow.flow.task import Json, Outcome, Task
 from cityflow.flow.task_kind import TaskKind
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.colour_images import ColourInputs
 from cityflow.handover.field_types import EditsField
 from cityflow.handover.outline_lines import Standing, decode_all, entries, lines, owned
 from cityflow.handover.outline_spool import decode_plain
 from cityflow.handover.refused_outlines import REFUSED, encode_refused
-from cityflow.handover.surfaces import Surfaces
-from cityflow.outlines.find_outlines import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.given.edited import apply_to_outlines
-from cityflow.outlines.under_eaves.facades_inside import SeenHouses
-from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.stages.outline import given_walls as outline_walls
 from cityflow.stages.outline import needs
-from cityflow.stages.outline.found_surface import photographed, surface_of_regions
-from cityflow.survey.city import INGEST, City
-from cityflow.survey.colours import ColourSources, colour_sources
+from cityflow.survey.city import DETECT, City
 from cityflow.survey.given_outlines import NodedFile
 from cityflow.survey.recipe import Recipe, draft_by
 from cityflow.survey.results import Results
 from cityflow.survey.surface_source import LIDAR
 from cityflow.survey.survey import Survey
-from cityflow.survey.survey_parameters import OutlineParameters
+from cityflow.survey.survey_parameters import OutlineParameters, SurveyParameters
 
 NAME = "outline"
-VERSION = 14
+VERSION = 15
 OUTLINES = "outlines.jsonl"
 
 
@@ -72,34 +62,20 @@ class WalledParameters(TaskInputs):
 
 @dataclass(frozen=True, slots=True)
 class FoundInputs(TaskInputs):
-    """What outlines are found in.
+    """What was found, and what a person has drawn there.
 
     Attributes
     ----------
-    tile : whose outlines are wanted;  tiles : names of those whose surfaces are read
-    walls : RUN-relative paths of façades of images; None where nobody sees walls;  blind : name → why these are not whole
-    points : index pieces of a laser, of cells of `index_cell_m`
+    tile : whose outlines are wanted;  tiles : names of those that may own what touches them
+    found : RUN-relative path of the outlines found in the tile and around it;  lost : what these are without
     edits : those that act here
-    colours : images of the surface, in which gaps between roofs are looked for; None where there are none
     """
 
     tile: Tile
     tiles: tuple[str, ...]
-    surfaces: Surfaces
-    walls: tuple[str, ...] | None
-    blind: Mapping[str, str]
-    points: tuple[str, ...]
-    index_cell_m: float
+    found: str
+    lost: str
     edits: EditsField
-    colours: ColourInputs | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class FoundParameters(TaskInputs):
-    """How outlines are found, and their walls."""
-
-    found: FindParameters
-    walls_in: WallsInParameters
 
 
 def task(survey: Survey, name: str) -> Task:
@@ -177,63 +153,38 @@ def _given_outcome(
 
 @dataclass(frozen=True, slots=True)
 class FoundRecipe(Recipe):
-    """Found outlines of one tile.
-
-    Attributes
-    ----------
-    given : without façades and images;  sees_walls : whether these are asked for
-    others : inputs that are neither surfaces nor façades nor images;  colours : the images
-    """
+    """Found outlines of one tile; `given` without what was found, `edits` their digest, empty where none act here."""
 
     given: FoundInputs
-    sees_walls: bool
-    others: Mapping[str, str]
-    colours: ColourSources
+    edits: str
 
     @property
     def reads(self) -> list[Node]:
-        stages = ("surface", "walls") if self.sees_walls else ("surface",)
-        images = [(INGEST, n) for n in self.colours.digests]
-        return [*((stage, t) for stage in stages for t in self.given.tiles), *images]
+        return [(DETECT, self.given.tile.name)]
 
     def task(self, results: Results) -> Task:
-        given, seen = self.given, self.given.tiles
-        if self.sees_walls:
-            walls = {p: d for t in seen for p, d in results.outputs_of("walls", t).items()}
-            blind = {f"walls {t}": why for t in seen if (why := results.reason_of("walls", t))}
-            colours = self.colours.inputs(results, self.colours.digests)
-            given = replace(given, walls=tuple(walls), blind=blind, colours=colours)
-            images = {f"image {n}": results.digest_of(INGEST, n) for n in colours.names}
-            images["views"] = digest_of(self.colours.digests_of(colours.names))
-        else:
-            walls, blind, images = {}, {}, {}
-        surfaces = {t: results.digest_of("surface", t) for t in seen}
-        inputs = {**surfaces, **walls, **blind, **images, **self.others}
+        node = DETECT, self.given.tile.name
+        lost = results.reason_of(*node)
+        path, digest = next(iter(results.outputs_of(*node).items()), ("", ""))
+        given = replace(self.given, found=path, lost=lost)
+        inputs = {"found": digest, **({"lost": lost} if lost else {}), **({"edits": self.edits} if self.edits else {})}
         return replace(self.base, inputs=inputs, arguments=as_json(given))
 
 
 def found_recipe(survey: Survey, name: str) -> FoundRecipe:
-    """Outlines of one tile, from surfaces and façades of the tile and around it. Of a laser, the files have to be read already."""
-    asked, halo_m = (
-        survey.parameters_of(NAME, name, survey.outline_parameters),
-        survey.parameters.outline.found.widest_m,
-    )
-    seen, around = survey.lattice.near(name, halo_m), survey.lattice.tiles[name].buffered(halo_m)
-    reach = outline_walls.reach_of_found(survey, name)
-    points = survey.index.over(reach) if reach else {}
-    unread = {f"unread {f}": "missing" for f in survey.unread(reach)} if reach else {}
-    edits = edits_digest(survey.edits, around)
+    """Outlines of one tile, from those found there, and the edits as far around as an outline of the tile may reach."""
+    reach_m = edits_reach_m(survey.parameters)
+    around, edits = survey.lattice.tiles[name].buffered(reach_m), survey.edits.of_outlines
     given = FoundInputs(
-        survey.lattice.tiles[name], tuple(seen), survey.surfaces, None, {}, tuple(points), survey.parameters.tiles.index_cell_m,
-        survey.edits.within(around),
+        survey.lattice.tiles[name], tuple(survey.lattice.near(name, reach_m)), "", "", edits.within(around)
     )  # fmt: skip
-    colours, views = colour_sources(survey, needs.images_of(survey, name))
-    base = FOUND_KIND.task(
-        name, parameters=as_json(FoundParameters(asked.found, asked.walls_in)), limits=survey.limits(NAME),
-        shared={views.path: views.text} if survey.sees_walls else {},
-    )  # fmt: skip
-    others = {**points, **unread, **({"edits": edits} if edits else {})}
-    return FoundRecipe(base, given, survey.sees_walls, others, colours)
+    base = FOUND_KIND.task(name, limits=survey.limits(NAME))
+    return FoundRecipe(base, given, edits_digest(edits, around))
+
+
+def edits_reach_m(parameters: SurveyParameters) -> float:
+    """How far from a tile an edit may change its found outlines, m, beyond `core.edits.REACH_M`: as far as one of them may reach."""
+    return parameters.outline.found.widest_m
 
 
 def _draft(city: City, name: str) -> Task | None:
@@ -243,13 +194,11 @@ def _draft(city: City, name: str) -> Task | None:
 
 
 def run_found(workspace: Workspace, task: Task) -> Outcome:
-    """Outlines of the building regions whose representative point the tile owns."""
-    given, parameters = task.arguments_as(FoundInputs), task.parameters_as(FoundParameters)
-    region = surface_of_regions(workspace.store, given.surfaces, given.walls, given.tile, parameters.found)
-    if given.colours is not None:
-        region = replace(region, photographed=photographed(workspace.store, given.surfaces, given.colours))
-    roofs = find_outlines(region, parameters.found)
-    found = found_walls_in(roofs, _seen(workspace.store, given, roofs, region), parameters.walls_in)
+    """Found outlines whose representative point the tile owns, with the edits in force."""
+    given = task.arguments_as(FoundInputs)
+    if not given.found:
+        return workspace.outcome(Status.FAILED, f"outlines were not found: {given.lost}")
+    found = [s.outline for s in decode_all(workspace.read(given.found))]
     kept, refused = apply_to_outlines(found, given.edits)
     tile = given.tile
     mine = owned(kept, tile.size, given.tiles).get(tile.name, [])
@@ -259,23 +208,13 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
     refused = [r for r in refused if r.id in own]
     if refused:
         workspace.write(REFUSED, encode_refused((r.id, r.shape) for r in refused))
-    without = "; ".join(f"without the {t}: {why}" for t, why in given.blind.items())
     return workspace.outcome(
-        Status.DEGRADED if without else Status.DONE, without,
+        Status.DEGRADED if given.lost else Status.DONE, given.lost,
         {
             "units": entries(text, workspace.path(OUTLINES)),
             "refused": [[r.id, r.reason] for r in refused],
         },
     )  # fmt: skip
-
-
-def _seen(store: Store, given: FoundInputs, outlines: Sequence[Outline], surface: RegionSurface) -> SeenHouses | None:
-    """What shows walls: façades of images, or a laser's points."""
-    if given.walls is not None:
-        return seen_in(surface)
-    assert surface.dtm is not None
-    terrain = surface.dtm.astype(np.float64)
-    return outline_walls.scanned_houses(store, given.points, given.index_cell_m, outlines, surface.grid, terrain)
 
 
 GIVEN_KIND = TaskKind(NAME, VERSION, run_given, GivenInputs)
@@ -287,13 +226,13 @@ STAGE = Stage(
     unit="ground tile",
     place=Place.TILE,
     text=(
-        "noded given outlines, or nDSM, classes, façades and images; LiDAR points around them → outlines of the tile, those whose representative point it "
-        "contains; walls moved in from the roof edge where façades are known inside"
+        "noded given outlines, moved in from the roof edge where façades are known inside, or found ones with the edits of a person → outlines of the tile, "
+        "those whose representative point it contains"
     ),
     kinds=(GIVEN_KIND, WALLED_KIND, FOUND_KIND),
     needs=(needs.sources, needs.noding),
     task=lambda city, name: task(city.survey, name),
     draft=_draft,
     parameters=(OutlineParameters,),
-    cost=Cost(0.2, 400.0, 0.2),
+    cost=Cost(0.1, 300.0, 0.1),
 )

@@ -7,12 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Outline
-from cityflow.core.grid import Bounds, Grid, grown, tiles_over
+from cityflow.core.grid import Bounds, grown
 from cityflow.flow.store import Store
 from cityflow.flow.typed import TaskInputs
-from cityflow.handover.house_points import LOW_M, houses_of
+from cityflow.handover.house_points import houses_of
 from cityflow.handover.outline_lines import Standing
 from cityflow.handover.surface_windows import read_windows
 from cityflow.handover.surfaces import Surfaces
@@ -20,7 +18,6 @@ from cityflow.handover.wall_point_files import read_walls
 from cityflow.outlines.noded.adjacency import party_edges
 from cityflow.outlines.under_eaves.facades_inside import LARGEST_M, NEAR_M, SeenHouses, facade_inside
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters, walls_moved_in
-from cityflow.surface.sample import sample
 from cityflow.survey.surface_source import LIDAR
 from cityflow.survey.survey import Survey
 
@@ -99,36 +96,3 @@ def _seen(store: Store, facades: FacadeInputs, bounds: Bounds) -> SeenHouses:
     surfaces = facades.surfaces
     grid, layers = read_windows(store, surfaces.group, surfaces.working, bounds, ("dsm",))
     return SeenHouses.of(grid.points(layers["dsm"].astype(np.float64)), read_walls(store, facades.walls, bounds))
-
-
-def reach_of_found(survey: Survey, name: str) -> Bounds | None:
-    """Laser points that may show the walls of a tile's found outlines; None if not requested or no laser has seen them."""
-    if survey.source.kind != LIDAR or survey.outlines_given or not survey.parameters.outline.walls_in.wanted:
-        return None
-    return survey.lattice.tiles[name].buffered(survey.parameters.outline.found.widest_m + NEAR_M)
-
-
-def scanned_houses(
-    store: Store,
-    pieces: Sequence[str],
-    index_cell_m: float,
-    outlines: Sequence[Outline],
-    grid: Grid,
-    terrain: FloatArray,
-) -> SeenHouses | None:
-    """What a laser has seen around outlines, above the terrain; None without pieces or outlines.
-
-    Parameters
-    ----------
-    pieces : of the index, with cells of `index_cell_m`; those that no outline is near are not read
-    terrain : (rows, cols) heights on `grid`, NaN where unknown
-    """
-    near = [grown(o.polygon.bounds, NEAR_M) for o in outlines]
-    cells = {t.name for bounds in near for t in tiles_over(bounds, index_cell_m)}
-    read = [path for path in pieces if path.rsplit("/", 1)[-1].rsplit(".", 1)[0] in cells]
-    if not read:
-        return None
-    low, high = (np.array(near)[:, k : k + 2] for k in (0, 2))
-    xyz = houses_of(store, read, (*low.min(axis=0), *high.max(axis=0)))
-    ground = sample(grid, terrain, xyz[:, 0], xyz[:, 1])
-    return SeenHouses.of(xyz[~(xyz[:, 2] - ground <= LOW_M)], None)

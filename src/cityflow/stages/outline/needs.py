@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from cityflow.flow.stage import Node
 from cityflow.stages.outline import given_walls as outline_walls
-from cityflow.survey.city import INGEST, City
+from cityflow.survey.city import DETECT, INGEST, City
 from cityflow.survey.city import OUTLINES as OUTLINES_GIVEN
 from cityflow.survey.given_outlines import ACCURACY, noding_unit
 from cityflow.survey.surface_source import LIDAR
@@ -14,23 +14,11 @@ from cityflow.survey.survey import Survey
 
 
 def sources(city: City, name: str) -> Iterable[Node]:
-    """Given outlines and what may show their walls, or the surfaces and façades that outlines are found in."""
+    """Given outlines and what may show their walls, or what was found."""
     survey = city.survey
     if survey.outlines_given:
         return [(INGEST, OUTLINES_GIVEN), *_walls_of_given(survey, name)]
-    near = survey.lattice.near(name, survey.parameters.outline.found.widest_m)
-    seen = [("walls", t) for t in near] if survey.sees_walls else []
-    reach = outline_walls.reach_of_found(survey, name)
-    files = survey.lidar.assets_over(reach) if reach else []
-    images = [(INGEST, n) for n in images_of(survey, name)]
-    return [*(("surface", t) for t in near), *seen, *((INGEST, f.name) for f in files), *images]
-
-
-def images_of(survey: Survey, name: str) -> list[str]:
-    """Names of the images that show the ground as far as the outlines of a tile may reach, sorted; none where nobody looks for façades."""
-    if not survey.sees_walls:
-        return []
-    return survey.images.images_over(survey.lattice.tiles[name].buffered(survey.parameters.outline.found.widest_m))
+    return [(DETECT, name)]
 
 
 def noding(city: City, name: str) -> Iterable[Node]:
