@@ -2,12 +2,13 @@
 
     python benchmarks/outline_pieces.py RUN TRUTH [RUN TRUTH ...] [--no-images]          # TRUTH: what `cityflow synth` made
 
-Outlines are found again, in the surfaces and façades of each run, so that two states of the program can be held against each other without
-matching. A piece is a straight edge of at least 1 m that touches no other outline, away from the end of the survey. Its distance is the median of
-those of places along it from the nearest true wall: positive outside. Wrongly inside is what stands more than 0.2 m inside the true walls. IoU: of
-all that was surveyed, its rim of 1 m left out. Gaps: pairs of units of different blocks that stand less than 2.5 m apart, and are found; parted is a
-pair in two outlines that do not touch. Cut: true blocks of which two outlines that do not touch have a tenth and 10 m² each. `--no-images`: gaps are not
-looked for in images.
+Outlines are found again, in the surfaces and façades of each run, so that two states of the program can be held against each other without matching. A
+piece is a straight edge of at least 1 m that touches no other outline, away from the end of the survey. Its distance is the median of those of places along
+it from the nearest true wall: positive outside. Wrongly inside is what stands more than 0.2 m inside the true walls. IoU: of all that was surveyed, its rim
+of 1 m left out. Corners: of blocks, touching outlines united, where the boundary turns by more than 20°; a corner is found where one of either kind is
+within 0.75 m, each used once; the others are missed, or invented. Gaps: pairs of units of different blocks that stand less than 2.5 m apart, and are found;
+parted is a pair in two outlines that do not touch. Cut: true blocks of which two outlines that do not touch have a tenth and 10 m² each. `--no-images`:
+gaps are not looked for in images.
 """
 
 from __future__ import annotations
@@ -21,11 +22,13 @@ from pathlib import Path
 import numpy as np
 import shapely
 from scipy import ndimage
+from scipy.optimize import linear_sum_assignment
+from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.building import Outline
 from cityflow.core.grid import Bounds, Grid
-from cityflow.evaluation.outlines import united_by_adjacency
+from cityflow.evaluation.outlines import corners_of, united_by_adjacency
 from cityflow.flow.store import Store
 from cityflow.geometry.straight_edges import known_part, wall_edges
 from cityflow.handover.wall_point_files import read_walls
@@ -43,11 +46,11 @@ from drawn_town import table
 from narrow_gaps_images import blocks_cut, owner_of
 from texture_world import images_of
 
-SHORTEST_M, STEP_M, RIM_M, END_M = 1.0, 0.25, 1.0, 2.5
+SHORTEST_M, STEP_M, RIM_M, END_M, CORNER_M = 1.0, 0.25, 1.0, 2.5, 0.75
 OFF_M, INSIDE_M, GAP_M = 0.5, 0.2, 2.5
 HEAD = (
     "run", "known by", "pieces", "m", "off m, median", "off > 0.5 m %", "outside > 0.5 m %", "wrongly inside %", "IoU", "missed m²", "beyond m²",
-    "gaps parted", "cut", "s",
+    "corners missed", "corners invented", "corners off m, median and mean", "gaps parted", "cut", "s",
 )  # fmt: skip
 
 
@@ -126,6 +129,28 @@ def overlap(outlines: list[Outline], walls: shapely.Geometry, surface: RegionSur
     return shapely.intersection(true, found).area / shapely.union(true, found).area, missed, beyond
 
 
+def corners_found(outlines: list[Outline], town: Town, surface: RegionSurface) -> list[str]:
+    """Corners of blocks away from the end of the survey: missed, invented, and how far the found ones are off."""
+    away = ndimage.distance_transform_edt(np.pad(np.isfinite(surface.ndsm), 1))[1:-1, 1:-1] * surface.grid.cell
+
+    def judged(polygons: list[Polygon]) -> FloatArray:
+        xy = corners_of(np.array(united_by_adjacency(polygons), dtype=object))
+        row, col = surface.grid.indices(*xy.T)
+        inside = (row >= 0) & (col >= 0) & (row < surface.grid.rows) & (col < surface.grid.cols)
+        inside[inside] = away[row[inside], col[inside]] > END_M
+        return xy[inside]
+
+    true, found = judged([u.wall_outline for u in town.units]), judged([o.polygon for o in outlines])
+    distance = np.hypot(*(true[:, None] - found[None]).transpose(2, 0, 1))
+    t, f = linear_sum_assignment(np.minimum(distance, CORNER_M))
+    off = distance[t, f][distance[t, f] < CORNER_M]
+    return [
+        f"{len(true) - len(off)} of {len(true)}",
+        f"{len(found) - len(off)} of {len(found)}",
+        f"{np.median(off):.3f}, {np.mean(off):.3f}",
+    ]
+
+
 def gaps_parted(outlines: list[Outline], town: Town) -> str:
     """How many of how many, and the widths of the others in metres."""
     walls = [u.wall_outline for u in town.units]
@@ -173,19 +198,20 @@ def main() -> None:
                 f"{iou:.4f}",
                 f"{missed:.1f}",
                 f"{beyond:.1f}",
+                *corners_found(outlines, town, surface),
                 gaps_parted(outlines, town),
                 f"{cut_of(outlines, town)}",
                 f"{seconds:.1f}",
             ],
         )
     whole = Pieces(*(np.concatenate([getattr(p, f) for p in every]) for f in ("by_facade", "length", "off")))
-    table("Pieces of found outlines and true walls", HEAD, [*rows, *_rows("all", whole, [""] * 6)])
+    table("Pieces of found outlines and true walls", HEAD, [*rows, *_rows("all", whole, [""] * 9)])
 
 
 def _rows(name: str, found: Pieces, more: list[str]) -> list[list[str]]:
     return [
-        [name, "façade", *found.told(found.by_facade), *[""] * 6],
-        [name, "rim alone", *found.told(~found.by_facade), *[""] * 6],
+        [name, "façade", *found.told(found.by_facade), *[""] * 9],
+        [name, "rim alone", *found.told(~found.by_facade), *[""] * 9],
         [name, "both", *found.told(found.length > 0), *more],
     ]
 

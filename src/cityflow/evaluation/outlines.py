@@ -179,12 +179,12 @@ def _deviations(found: np.ndarray, true: np.ndarray) -> tuple[FloatArray, FloatA
         return np.empty(0), np.empty(0)
     along = shapely.get_coordinates(shapely.segmentize(shapely.boundary(found), 0.5))
     boundary = shapely.distance(shapely.points(along), shapely.union_all(shapely.boundary(true)))
-    corners = shapely.points(_corners(true))
-    return np.asarray(boundary), np.asarray(shapely.distance(corners, shapely.multipoints(_corners(found))))
+    corners = shapely.points(corners_of(true))
+    return np.asarray(boundary), np.asarray(shapely.distance(corners, shapely.multipoints(corners_of(found))))
 
 
-def _corners(polygons: np.ndarray) -> FloatArray:
-    """Vertices where the boundary turns by more than 20°."""
+def corners_of(polygons: np.ndarray) -> FloatArray:
+    """(n, 2) vertices where the boundary of the polygons turns by more than 20°."""
     thin = shapely.simplify(polygons, 0.05)
     rings, _ = shapely.get_rings(thin, return_index=True)
     kept = [xy[_turns(xy)] for xy in (shapely.get_coordinates(ring)[:-1] for ring in rings)]

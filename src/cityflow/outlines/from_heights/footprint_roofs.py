@@ -11,6 +11,7 @@ from shapely import Polygon
 from cityflow.core.arrays import FloatArray
 from cityflow.outlines.footprint_parameters import FindParameters
 from cityflow.outlines.from_heights.edge_directions import chord_directions, principal_orientations
+from cityflow.outlines.from_heights.generalise import CORNER_COST_M2
 from cityflow.outlines.from_heights.polygonal import polygonal_ring
 from cityflow.outlines.from_heights.rectilinear import rectilinear_rings
 from cityflow.outlines.from_heights.regions import Region, crack_midpoints
@@ -18,8 +19,6 @@ from cityflow.outlines.noded.rings import on_lattice
 
 QUALITY_M2 = 1.5
 """Parts of a region smaller than this need not be followed; set by hand on synthetic towns."""
-CORNER_COST_M2 = 0.5
-"""What one corner more must gain in area to be worth it; set by hand on synthetic towns."""
 
 _CHORDS_M = 1.5, 5.0
 """Long chords tell small angles from the staircase of cells; short ones see the short edges, too; set by hand, as are those below."""

@@ -6,6 +6,9 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 
+CORNER_COST_M2 = 0.5
+"""What one corner more must gain in area to be worth it; set by hand on synthetic towns."""
+
 
 def alternating_offsets(ring: FloatArray) -> FloatArray:
     """(2n,) offsets x, y, x, y, … of the edges of a ring whose sides run along the axes; vertical edge first.

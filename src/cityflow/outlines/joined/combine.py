@@ -17,6 +17,7 @@ from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.parameters import Parameters
+from cityflow.outlines.joined.combine_corners import with_fewer_corners
 from cityflow.outlines.joined.combine_cut import building_faces
 from cityflow.outlines.joined.combine_evidence import Surroundings, border_costs, evidence, leaving
 from cityflow.outlines.joined.combine_faces import faces_of, integrals
@@ -103,7 +104,8 @@ def _local_footprints(
     left, right = border_costs(faces, pieces)
     chosen = building_faces(faces, integrals(faces, gain, cell), left, right)
     lines = [k.wall for k in walls]
-    return [on_walls(p, lines) for p in _joined(faces.polygons[chosen], STEP_M)]
+    joined = [with_fewer_corners(p, gain, cell, pieces) for p in _joined(faces.polygons[chosen], STEP_M)]
+    return [on_walls(p, lines) for p in joined]
 
 
 def _frame(width: float, height: float) -> FloatArray:

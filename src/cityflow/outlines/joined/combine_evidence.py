@@ -32,6 +32,8 @@ _BEFORE, _FAR_BEFORE, _UNDER_ROOF = -0.5, 0.05, -0.02
 under foliage; close before a wall, up to where eaves may reach, and along eaves that go on beyond what was seen."""
 _ON_WALL_M = 2.5e-3
 """A border lies on a line of the lattice, which has millimetres."""
+_SAMPLE_M = 0.25
+"""Along an edge its cost is looked up so often."""
 _COSTS = {
     Kind.SEEN: (0.02, 1.0),
     Kind.ALONG_ROOF: (0.12, 0.6),
@@ -174,12 +176,41 @@ def _strip(
 
 def border_costs(faces: Faces, pieces: Pieces) -> tuple[FloatArray, FloatArray]:
     """(E,) m² that a border along each edge costs with the building on its left, and on its right."""
-    along = faces.ends[:, 1] - faces.ends[:, 0]
+    tree = shapely.STRtree(shapely.linestrings(pieces.ends))
+    length = np.hypot(*(faces.ends[:, 1] - faces.ends[:, 0]).T)
+    left, right = _rates(faces.ends, pieces, tree)
+    return left * length, right * length
+
+
+def costs_along(edges: FloatArray, pieces: Pieces, tree: shapely.STRtree) -> FloatArray:
+    """(n,) m² that borders along edges (n, 2, 2) of any length cost with the building on their left. `tree` of the pieces."""
+    length = np.hypot(*(edges[:, 1] - edges[:, 0]).T)
+    count = np.maximum(np.ceil(length / _SAMPLE_M).astype(int), 1)
+    owner = np.repeat(np.arange(len(edges)), count)
+    first = np.repeat(np.cumsum(count) - count, count)
+    t = (np.arange(len(owner)) - first) / count[owner]
+    d = edges[owner, 1] - edges[owner, 0]
+    ends = np.stack([edges[owner, 0] + t[:, None] * d, edges[owner, 0] + (t + 1 / count[owner])[:, None] * d], axis=1)
+    left, _ = _rates(ends, pieces, tree)
+    return np.asarray(np.bincount(owner, left * (length / count)[owner], len(edges)), np.float64)
+
+
+def extended_cost() -> float:
+    """m² per metre of border beyond the end of an edge."""
+    return _COSTS[Kind.ROOF_EXTENDED][0]
+
+
+def seen_cost() -> float:
+    """m² per metre of border, no more than which only walls cost that were seen."""
+    return max(_COSTS[Kind.SEEN][0], _COST_OF_UPPER[0])
+
+
+def _rates(ends: FloatArray, pieces: Pieces, tree: shapely.STRtree) -> tuple[FloatArray, FloatArray]:
+    """(n,) m² per metre of short edges with the building on their left, and on their right."""
+    along = ends[:, 1] - ends[:, 0]
     length = np.hypot(*along.T)
     left, right = np.full(len(length), 1.0), np.full(len(length), 1.0)
-    tree = shapely.STRtree(shapely.linestrings(pieces.ends))
-    middle = shapely.points(faces.ends.mean(axis=1))
-    edge, piece = tree.query(middle, predicate="dwithin", distance=_ON_WALL_M)
+    edge, piece = tree.query(shapely.points(ends.mean(axis=1)), predicate="dwithin", distance=_ON_WALL_M)
     direction = pieces.ends[piece, 1] - pieces.ends[piece, 0]
     cosine = (direction * along[edge]).sum(axis=1) / (np.hypot(*direction.T) * np.maximum(length[edge], 1e-9))
     on = np.abs(cosine) > 0.97
@@ -187,7 +218,7 @@ def border_costs(faces: Faces, pieces: Pieces) -> tuple[FloatArray, FloatArray]:
     agreeing, opposing = _piece_costs(pieces)
     np.minimum.at(left, edge, np.where(same, agreeing[piece], opposing[piece]))
     np.minimum.at(right, edge, np.where(same, opposing[piece], agreeing[piece]))
-    return left * length, right * length
+    return left, right
 
 
 def _piece_costs(pieces: Pieces) -> tuple[FloatArray, FloatArray]:

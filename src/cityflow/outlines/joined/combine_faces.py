@@ -69,7 +69,7 @@ def integrals(faces: Faces, values: FloatArray, cell: float) -> FloatArray:
     values : (rows, cols), row 0 at the bottom, lower left corner of the raster at (0, 0) of the faces' frame
     cell : metres
     """
-    running = np.concatenate([np.zeros((len(values), 1)), np.cumsum(values, axis=1)], axis=1)
+    running = running_sums(values)
     along = _line_integrals(faces.ends, running, cell) * cell * cell
     result = np.zeros(len(faces.polygons))
     # Walked upwards, a face on the left lies before the edge, the one on the right behind it.
@@ -77,6 +77,19 @@ def integrals(faces: Faces, values: FloatArray, cell: float) -> FloatArray:
     np.add.at(result, faces.left[has_left], along[has_left])
     np.add.at(result, faces.right[has_right], -along[has_right])
     return result
+
+
+def running_sums(values: FloatArray) -> FloatArray:
+    """(rows, cols + 1) sums of a raster along its rows, from the left."""
+    return np.concatenate([np.zeros((len(values), 1)), np.cumsum(values, axis=1)], axis=1)
+
+
+def signed_integral(edges: FloatArray, running: FloatArray, cell: float) -> float:
+    """Integral of a raster over what lies between edges (n, 2, 2) and the left end of the raster, positive where they go up.
+
+    Of all edges of a ring, counter-clockwise, together: the integral over its inside.
+    """
+    return float(_line_integrals(np.ascontiguousarray(edges), running, cell).sum() * cell * cell)
 
 
 @njit(cache=True, nogil=True)

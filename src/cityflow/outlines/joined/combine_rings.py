@@ -76,21 +76,21 @@ def _without_edge(ring: FloatArray, shortest_m: float) -> FloatArray | None:
     heading = (before @ after) / max(float(np.hypot(*before) * np.hypot(*after)), 1e-12)
     if heading > _SAME_HEADING and len(ring) >= 6:
         if np.hypot(*before) >= np.hypot(*after):
-            corner = _meeting(o, p, s, t)
+            corner = meeting(o, p, s, t)
             new = np.concatenate([ring[:2], corner[None], ring[5:]]) if corner is not None else None
         else:
-            corner = _meeting(q, s, n, o)
+            corner = meeting(q, s, n, o)
             new = np.concatenate([ring[:1], corner[None], ring[4:]]) if corner is not None else None
         moved = corner is not None and min(np.hypot(*(corner - s)), np.hypot(*(corner - o))) < 3 * shortest_m
         return new if moved else np.delete(ring, 2, axis=0)
-    corner = _meeting(o, p, q, s)
+    corner = meeting(o, p, q, s)
     if corner is not None and np.hypot(*(corner - (p + q) / 2)) < 3 * shortest_m:
         return np.concatenate([ring[:2], corner[None], ring[4:]])
     return np.delete(ring, 2, axis=0)
 
 
-def _meeting(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray | None:
-    """Where the lines a–b and c–d meet; None where they are nearly parallel."""
+def meeting(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray | None:
+    """(2,) where the lines a–b and c–d meet; None where they are nearly parallel."""
     u, v = b - a, d - c
     turn = u[0] * v[1] - u[1] * v[0]
     if abs(turn) < 0.2 * np.hypot(*u) * np.hypot(*v) or turn == 0:
