@@ -60,6 +60,13 @@ def test_known_aspect_replaces_the_edges_own() -> None:
     assert _pieces(row, 23.0, 113.0)[0].aspect_deg == pytest.approx(23.0, abs=1e-6)
 
 
+def test_a_row_of_which_only_the_direction_across_is_known_has_its_strip() -> None:
+    """As where roofs are flat, and steps between them are all that points show."""
+    (strip,) = _pieces(box(0, 0, 30, 10), 90.0)
+    assert strip.aspect_deg % 180 == pytest.approx(0, abs=0.01)
+    assert strip.length == pytest.approx(30, abs=0.4)
+
+
 def test_slanting_bits_do_not_part_a_strip() -> None:
     row = Polygon([(0, 0), (18, 0), (19.5, 1.2), (40, 1.2), (40, 10), (0, 10)])
     strip = _pieces(row, 0.0, 90.0)[0]

@@ -43,7 +43,7 @@ from cityflow.survey.unit_images import images_of_outlines
 from cityflow.survey.unit_photographs import Photographs, needed, photographs_of
 
 NAME = "split"
-VERSION = 12
+VERSION = 13
 SPLIT = "split.json"
 NADIR = LocalFrame("nadir", np.eye(3), np.zeros(3))
 AROUND_M = 2.0

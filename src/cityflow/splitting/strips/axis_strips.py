@@ -118,17 +118,20 @@ def axis_strips(
     origin = ORIGIN_M * np.floor(np.array(plain.bounds[:2]) / ORIGIN_M)
     edges = _edges(plain, origin)
     known = np.unique(np.round(np.asarray(aspects_deg, np.float64) % 180.0, 6))
-    runs = _runs_along(edges, known, step_m) or _runs_along(edges, edge_directions(edges), step_m)
+    found = _strips_along(edges, known, origin, step_m, shortest_m)
+    return found or _strips_along(edges, edge_directions(edges), origin, step_m, shortest_m)
+
+
+def _strips_along(
+    edges: FloatArray, directions: FloatArray, origin: FloatArray, step: float, shortest: float
+) -> tuple[AxisStrip, ...]:
+    runs = [s for angle in directions.tolist() for s in _chord_runs(edges, angle, directions, step)]
     kept = [
         AxisStrip(origin, s.along, s.stations, s.low, s.high, c)
         for s, c in zip(runs, _chain_lengths(runs), strict=True)
-        if c >= shortest_m and len(s.stations) > 2 and np.median(s.high - s.low) <= CROSSWISE * c
+        if c >= shortest and len(s.stations) > 2 and np.median(s.high - s.low) <= CROSSWISE * c
     ]
     return tuple(sorted(kept, key=lambda p: -len(p.stations)))
-
-
-def _runs_along(edges: FloatArray, directions: FloatArray, step: float) -> list[_ChordRun]:
-    return [s for angle in directions.tolist() for s in _chord_runs(edges, angle, directions, step)]
 
 
 @dataclass(frozen=True, slots=True)
