@@ -359,7 +359,7 @@ def test_a_candidate_stands_beside_the_model_that_was_kept(at_the_desk: Chromium
         "(cityflowView.compare.group.children[0])"
     )
     assert top < unit_height(page, town.GABLE) - 0.5, "a block ends below the ridge"
-    choose(page, "double.901149_4600350")
+    choose(page, "double.901150_4600350")
     assert page.run("cityflowView.stage.split === null"), "another building was chosen"
 
 
@@ -509,7 +509,7 @@ def test_a_corner_of_an_outline_is_dragged_and_a_border_drawn(at_the_desk: Chrom
 
 def test_a_wrong_border_is_clicked_and_a_missing_outline_drawn(at_the_desk: Chromium, run: Path) -> None:
     page = at_the_desk
-    choose(page, "double.901149_4600350")
+    choose(page, "double.901150_4600350")
     page.run(
         "[...document.querySelectorAll('#desk-correct button')].find((e) => e.textContent === 'Remove border').click()"
     )

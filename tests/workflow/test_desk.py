@@ -41,7 +41,7 @@ from cityflow.workflow.former_state import begin_update
 from cityflow.workflow.run_part import SHOWN
 from small_pictures import draw_small
 
-HALVES = ("double.901149_4600350", "double.901249_4600350")
+HALVES = ("double.901150_4600350", "double.901250_4600350")
 
 
 @pytest.fixture(scope="module")
@@ -341,6 +341,20 @@ def test_the_model_is_told_as_soon_as_its_task_has_ended_and_a_building_that_is_
     z = np.array(model["models"][0]["corners"]).reshape(-1, 3)[:, 2]
     assert np.ptp(z) == pytest.approx(town.TOPS[town.GABLE] - town.GROUND, abs=0.15)
     assert gone == {"models": [], "without": [town.FLAT]}
+
+
+def test_a_building_that_is_there_again_is_told_with_the_model_that_stands(
+    desk: RunDesk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its reconstruction does not run again, so that no task of it ends."""
+    heard: list[Any] = []
+    monkeypatch.setattr(type(desk.listeners), "tell", lambda self, name, value: heard.append((name, value)))
+    rows = desk.list.rows()
+    tile = next(row["tile"] for row in rows if row["id"] == town.FLAT)
+    monkeypatch.setattr(type(desk.list), "rows", lambda self: [row for row in rows if row["id"] != town.FLAT])
+    run_jobs(desk, f"print('  units-{tile} done, 0.10 s, 90 MB')", monkeypatch)
+    (told,) = [value for name, value in heard if name == "models"]
+    assert (told["without"], [m["id"] for m in told["models"]]) == ([town.FLAT], [town.FLAT])
 
 
 def run_jobs(desk: RunDesk, script: str, monkeypatch: pytest.MonkeyPatch, count: int = 1) -> None:

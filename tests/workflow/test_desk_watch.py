@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from cityflow.flow.records import write_record
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.workflow import desk_watch
-from cityflow.workflow.desk_watch import Watch, tiles_of
+from cityflow.workflow.desk_watch import Watch, tiles_of, told_of
 
 NEWS = {
     "overall": "12 % of the work, 3 min left", "share": 0.12, "stages": {"surface": {"total": 4, "finished": 1}},
@@ -81,3 +82,14 @@ def test_a_driver_is_followed_to_its_end(tmp_path: Path, monkeypatch: pytest.Mon
     )
     watch.close()
     assert len(ended) == 1
+
+
+def test_a_driver_that_ends_while_its_note_is_read_has_ended_and_a_killed_one_gives_no_sign(tmp_path: Path) -> None:
+    store = Store.open(tmp_path / "run")
+    at_work = DriverNote("r", Phase.AT_WORK, "d", "host", "", 100.0, 160.0, 1, "", {})
+    write_note(store, replace(at_work, phase=Phase.ENDED))
+    assert told_of(store, at_work)["text"] == "has ended"
+    write_note(store, at_work)
+    told = told_of(store, at_work)
+    assert not told["is_at_work"]
+    assert told["text"].startswith("gives no sign any more: at work on host")

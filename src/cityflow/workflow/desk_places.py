@@ -48,9 +48,10 @@ class Places:
         """
         tiles, cut, roofs = dict[str, None](), set[str](), dict[str, bool]()
         given = outlines_are_given(self.run.catalog, self.run.workflow.city)
+        is_whole = given and self.run.workflow.city.split.when != "always"
         for edit in edits:
             over = self._tiles(edit)
-            if edit.layer in (CUT_LINES, NO_CUT_LINES) and not given:
+            if edit.layer in (CUT_LINES, NO_CUT_LINES) and not is_whole:
                 crossed = {e["id"] for e in self._entries(outline.NAME, over) if _meets(e, edit)}
                 cut |= {o for o in crossed if self.ledger.has(split.NAME, o)}
             elif edit.layer == ROOF_TYPES:
@@ -59,8 +60,8 @@ class Places:
                 for e in (e for e in named if roof.may_name(e["bounds"])):
                     roofs[e["id"]] = roofs.get(e["id"], False) or roof.names(self._shape(e))
             else:
-                # the tiles that it stands in come first; given outlines are dealt out by chains of neighbours, which tell the others, and the first border
-                # has them split, the last one that goes has them whole again
+                # the tiles that it stands in come first; given outlines are dealt out by chains of neighbours, which tell the others. Where they are not split
+                # by themselves, the first border has them all looked at, and so has the last one that goes
                 reach_m = REACH_M + (0.0 if given else outline.edits_reach_m(self.run.workflow.city))
                 around = tile_names_over(grown(edit.shape.bounds, reach_m), self.run.workflow.city.tiles.tile_m)
                 tiles |= dict.fromkeys(t for t in (*over, *around) if self.ledger.has(outline.NAME, t))

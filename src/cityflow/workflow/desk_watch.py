@@ -76,9 +76,12 @@ def told_of(store: Store, note: DriverNote | None) -> Json:
     if note is None:
         return None
     is_at_work = note.is_open and (is_held(store) or not store.is_local)
+    if note.is_open and not is_at_work:
+        note = read_note(store) or note  # it may have ended after it was read
+    lost = "gives no sign any more: " if note.is_open and not is_at_work else ""
     news = note.news
     return {
-        "is_at_work": is_at_work, "text": described(note, time.time()), "page": note.page if is_at_work else "",
+        "is_at_work": is_at_work, "text": lost + described(note, time.time()), "page": note.page if is_at_work else "",
         "overall": note.overall, "share": news.get("share"), "stages": news.get("stages", {}),
         "failures": news.get("failures", [])[::-1], "since": round(max(note.told - note.begun, 0.0), 1),
     }  # fmt: skip

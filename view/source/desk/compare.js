@@ -248,8 +248,9 @@ export class Compare {
   }
 
   async #go(row) {
-    const { index, stage } = this.page;
+    const { index, panel, stage } = this.page;
     if (row.id && (await index.find(row.id))) return this.page.go(row.id);
+    panel.wired.onclose(); // one that is no more has none, and that of another would be taken for its
     return row.place && stage.approach(new Vector3(...row.place), Math.max(30, 2.5 * row.size));
   }
 }
