@@ -30,8 +30,9 @@ hypothesis.settings.register_profile("cityflow", suppress_health_check=[hypothes
 hypothesis.settings.load_profile("cityflow")
 
 
-# with Python's usual 700 new objects between two collections, these take a tenth of what imports and compiles
+# with Python's usual 700 new objects between two collections, these take a tenth of what imports and compiles; of what is imported hardly anything can go
 gc.set_threshold(20_000)
+gc.disable()
 
 # a shell that starts the tests in the background has Ctrl-C ignored in all its children
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -59,6 +60,7 @@ def painted_copy(painted_town: Made, tmp_path_factory: pytest.TempPathFactory) -
 def pytest_collection_finish() -> None:
     """What modules and tests hold stays: no collection needs to look at it again."""
     gc.freeze()
+    gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

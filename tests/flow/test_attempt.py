@@ -5,7 +5,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow import attempt
 from cityflow.flow.attempt import is_unexpected
 from cityflow.flow.ledger import Ledger

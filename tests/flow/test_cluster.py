@@ -15,7 +15,7 @@ import psutil
 import pytest
 from distributed import Client, Worker
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.errors import RunError
 from cityflow.flow import cluster as module
 from cityflow.flow import retire

@@ -11,7 +11,7 @@ from dask.utils import key_split
 from distributed import Client
 
 from cityflow.core import object_store
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow import suspects
 from cityflow.flow.drafted import Sent, Unmade, run_draft
 from cityflow.flow.executor import run_tasks

@@ -12,7 +12,7 @@ import pytest
 from dask.utils import key_split
 from distributed import Client, Scheduler
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow import erred_leaves
 from cityflow.flow.cluster import connect
 from cityflow.flow.erred_leaves import others_kept

@@ -15,7 +15,7 @@ import pytest
 from distributed import Client
 from distributed.comm.core import CommClosedError
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.errors import RunError
 from cityflow.flow import index, suspects
 from cityflow.flow.attempt import store_record

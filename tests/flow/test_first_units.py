@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.errors import RunError
 from cityflow.flow.first_units import FirstUnits, signature_of
 from cityflow.flow.task import Record

@@ -15,7 +15,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.errors import RunError
 from cityflow.flow import driver_note, driver_task
 from cityflow.flow.driver_note import DriverNote, Phase, ask_to_cancel, described, read_note, write_note

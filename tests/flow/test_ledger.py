@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.index import cache_path
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.records import encode, mark_path, record_path, write_mark, write_record

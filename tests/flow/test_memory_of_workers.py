@@ -15,7 +15,7 @@ import psutil
 import pytest
 from distributed import Client
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow import in_flight
 from cityflow.flow.executor import run_tasks
 from cityflow.flow.ledger import Ledger

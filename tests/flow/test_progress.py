@@ -4,7 +4,7 @@ import io
 
 from rich.console import Console
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.progress import Bars, Lines, Watcher, watcher
 from flow.test_records import a_record
 from flow.toy_stages import toy

@@ -6,7 +6,7 @@ import io
 
 import pytest
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.progress import EveryTask, Lines, Silent, watcher
 from cityflow.flow.progress_counts import Counts, Expected
 from cityflow.flow.talk import Talk

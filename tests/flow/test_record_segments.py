@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 import numpy as np
 import pytest
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.index import cache_path
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.local_folder import LocalFolder

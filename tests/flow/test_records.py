@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.records import (
     MAX_NAME_BYTES,
     decode,

@@ -12,7 +12,7 @@ from urllib.request import urlopen
 import pytest
 from distributed import Client, LocalCluster, Scheduler
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.child_memory import METRIC
 from cityflow.flow.cluster import connect
 from cityflow.flow.progress import Silent

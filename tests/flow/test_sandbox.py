@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import psutil
 import pytest
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.reply import Ending
 from cityflow.flow.sandbox import Renewal, Sandbox
 from cityflow.flow.store import Store

@@ -16,7 +16,7 @@ import dask
 import pytest
 import yaml
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.errors import RunError
 from cityflow.flow.cluster import connect
 from cityflow.flow.driver_note import Phase, read_note

@@ -3,7 +3,7 @@ from __future__ import annotations
 from hashlib import sha256
 from pathlib import Path
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.store import Store
 from cityflow.flow.workspace import Workspace
 from flow.toy_stages import toy

@@ -12,7 +12,7 @@ import sys
 import time
 from typing import Any
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.errors import CatalogError, CityflowError, RefusedUnit
 from cityflow.flow.task import Limits, Outcome, Task
 from cityflow.flow.workspace import Workspace

@@ -10,9 +10,8 @@ import numpy as np
 from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray
-
-Scalar = str | int | float | bool | None
-"""What an attribute may hold; exactly JSON's scalars."""
+from cityflow.core.unit_status import Scalar as Scalar
+from cityflow.core.unit_status import Status as Status
 
 OUTLINE_SIGMA_M = 0.1
 """Standard deviation of outlines across their edges where nothing tells it, metres: cadastres state 3 to 30 cm."""
@@ -21,15 +20,6 @@ EAVE_SPREAD_M = 0.25
 
 VERTEX_DECIMALS = 4
 """Vertices are multiples of 0.1 mm: rounding to 1 mm alone has broken the validity of solids."""
-
-
-class Status(StrEnum):
-    """How a unit ended (ARCHITECTURE.md, section 3)."""
-
-    DONE = "done"
-    DEGRADED = "degraded"
-    FAILED = "failed"
-    REFUSED = "refused"
 
 
 class Semantic(StrEnum):

@@ -9,9 +9,9 @@ import time
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
-from cityflow.core.building import Status
 from cityflow.core.credentials import stripped, without_credentials
 from cityflow.core.object_store import be_patient
+from cityflow.core.unit_status import Status
 from cityflow.flow.damage import Damage
 from cityflow.flow.records import encode, read_record, record_path, write_mark
 from cityflow.flow.reply import Ending, Reply

@@ -21,10 +21,10 @@ from dataclasses import replace
 from functools import partial
 from multiprocessing.connection import Connection
 
-from cityflow.core.building import Status
 from cityflow.core.heap import hand_back_heap
 from cityflow.core.object_store import be_patient
 from cityflow.core.quietly import quietly
+from cityflow.core.unit_status import Status
 from cityflow.errors import CityflowError, RefusedUnit
 from cityflow.flow.in_place import with_lists
 from cityflow.flow.records import plain_outcome

@@ -15,8 +15,8 @@ from uuid import uuid4
 
 from distributed import Client
 
-from cityflow.core.building import Status
 from cityflow.core.credentials import without_credentials
+from cityflow.core.unit_status import Status
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Record
 

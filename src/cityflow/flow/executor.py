@@ -13,8 +13,8 @@ from typing import Any
 
 from distributed import Client, KilledWorker
 
-from cityflow.core.building import Status
 from cityflow.core.object_store import be_patient
+from cityflow.core.unit_status import Status
 from cityflow.errors import RunError
 from cityflow.flow.ahead import Ahead
 from cityflow.flow.attempt import Outgrown, record_of, store_record

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from itertools import chain
 
 from cityflow.core.arrays import IntArray
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.fresh import Taken
 from cityflow.flow.loose import Held, Loose
 from cityflow.flow.mending import mended

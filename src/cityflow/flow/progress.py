@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.progress_counts import Counts, Expected
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record, Task

@@ -7,7 +7,7 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.task import Record
 
 LEAST_MEASURED = 5

@@ -13,7 +13,7 @@ from urllib.parse import quote, unquote
 
 from pydantic_core import from_json
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from datetime import datetime
 from typing import Any, NamedTuple
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.core.verdicts import VERDICT_KEY
 from cityflow.flow.task import Record
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 from uuid import uuid4
 
-from cityflow.core.building import Status
 from cityflow.core.credentials import without_credentials
+from cityflow.core.unit_status import Status
 from cityflow.flow.progress import Watcher
 from cityflow.flow.progress_counts import Expected
 from cityflow.flow.row import first_line

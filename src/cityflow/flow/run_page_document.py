@@ -16,7 +16,7 @@ from bokeh.plotting import figure
 from distributed import Scheduler
 from distributed.dashboard.components.scheduler import BOKEH_THEME, env
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.child_memory import METRIC
 from cityflow.flow.progress_counts import duration
 from cityflow.flow.runs_told import RunsTold, Told

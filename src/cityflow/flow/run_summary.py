@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 
 
 @dataclass(frozen=True, slots=True)

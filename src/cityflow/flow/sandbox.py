@@ -24,7 +24,7 @@ from typing import IO, Any
 
 import psutil
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.errors import RunError
 from cityflow.flow.cause_of_death import cause_of_death
 from cityflow.flow.child_environment import KEPT_HEAP, ONE_THREAD

@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.record_segments import key_of
 from cityflow.flow.records import quoted
 from cityflow.flow.row import NAMES, Row

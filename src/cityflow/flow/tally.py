@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from math import fsum
 
 from cityflow.core.arrays import IntArray
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.row import Row
 from cityflow.flow.segment_rows import GOOD, Rows, column
 from cityflow.flow.some_units import SomeUnits

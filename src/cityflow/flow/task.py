@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.kept import kept
 from cityflow.flow.typed import from_json
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from cityflow.core.building import Status
+from cityflow.core.unit_status import Status
 from cityflow.flow.hashing import sha256_of
 from cityflow.flow.records import quoted
 from cityflow.flow.store import Store
