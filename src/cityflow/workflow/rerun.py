@@ -125,10 +125,11 @@ def _concerns_all(wanted: Prepared, ledger: Ledger, city: City, asked: Rerun) ->
         return wanted.poses_are_unknown
     if asked.settings or asked.clear:
         return True
-    if not city.survey.outlines_given:
+    survey, was_split = city.survey, bool(ledger.units(units.NAME))
+    if not survey.outlines_given or survey.looks_for_borders or not (survey.splits or was_split):
         return False
     note = read_asked(wanted.store, ledger)
-    return note is None or (units.NAME in note.tasks) != city.survey.splits
+    return note is None or (units.NAME in note.tasks) != survey.splits
 
 
 def why_nothing(selection: Selection) -> str:
