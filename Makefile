@@ -7,8 +7,6 @@ TESTERS ?= 4
 # Processes beside mypy's own
 TYPE_CHECKERS ?= 2
 BIN = $(VENV)/bin
-# mypy itself, without its search for garbage: a tenth of its time, and no more memory without
-MYPY = $(BIN)/python -c "import gc; gc.disable(); gc.set_threshold = lambda *_: None; from mypy.__main__ import console_entry; console_entry()"
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 export MKL_NUM_THREADS = 1
@@ -32,7 +30,7 @@ lint: $(VENV)/.dev
 
 # Two processes must find each other within seconds, which they do not on a machine under load; then one does it
 types: $(VENV)/.dev
-	$(MYPY) --num-workers $(TYPE_CHECKERS) || $(MYPY)
+	$(BIN)/mypy --num-workers $(TYPE_CHECKERS) || $(BIN)/mypy
 
 layers: $(VENV)/.dev
 	$(BIN)/lint-imports
