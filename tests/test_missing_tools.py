@@ -20,6 +20,7 @@ OF_THE_DATA = (
     "a dozen points",
     "peaks of memory are counted otherwise",
     "given outlines are not split",
+    "given outlines are dealt out anew",
     "no textures",
     "waiting for a core is counted otherwise",
 )

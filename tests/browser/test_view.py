@@ -63,8 +63,8 @@ def test_roofs_have_the_colours_of_the_ortho_where_the_model_projects(sharp_page
     [
         (town.FLAT, 0, town.FLAT),
         (town.GABLE, 0, town.GABLE),
-        (town.DOUBLE, -5, "double.90114"),
-        (town.DOUBLE, 5, "double.90124"),
+        (town.DOUBLE, -5, "double.90115"),
+        (town.DOUBLE, 5, "double.90125"),
     ],
 )
 def test_a_click_shows_the_right_building(page: Chromium, name: str, dx: float, expected: str) -> None:

@@ -90,7 +90,7 @@ def test_row_shorter_than_the_windows() -> None:
 def test_rows_lie_where_they_lie_whatever_the_outline_s_extremes() -> None:
     """A bay of three cells at one side, and a raster that begins elsewhere: the rows between are the same."""
     height = np.random.default_rng(5).normal(8.0, 1.0, (40, 60)).astype(np.float32)
-    u, v = (np.arange(40) + 0.5) * 0.1, np.arange(60) * 0.1
+    u, v = np.linspace(0.05, 3.95, 40), np.linspace(0.0, 5.9, 60)
 
     def rows(first: int, bay: int) -> FloatArray:
         known = height.copy()
