@@ -10,7 +10,7 @@ import shapely
 
 from cityflow.core.arrays import FloatArray
 from cityflow.outlines.from_heights.edge_directions import distance_of_orientations
-from cityflow.outlines.from_heights.refit import edge_directions, edge_lengths, refitted
+from cityflow.outlines.from_heights.refit import edge_directions, edge_lengths, meeting, refitted
 
 _SNAP_DEG = 10.0
 """Edges that turn less from the main direction are turned into it; set by hand on synthetic towns."""
@@ -103,22 +103,12 @@ def _removals(ring: FloatArray, edge: int, shortest_m: float) -> list[tuple[floa
     a, b = edge, (edge + 1) % n
     area = _area(ring)
     ways = [np.delete(ring, a, axis=0), np.delete(ring, b, axis=0)]
-    meeting = _meeting(ring[a - 1], ring[a], ring[b], ring[(b + 1) % n])
-    if meeting is not None and np.hypot(*(meeting - (ring[a] + ring[b]) / 2)) < 2 * shortest_m:
+    corner = meeting(ring[a - 1], ring[a], ring[b], ring[(b + 1) % n])
+    if corner is not None and np.hypot(*(corner - (ring[a] + ring[b]) / 2)) < 2 * shortest_m:
         joined = ring.copy()
-        joined[a] = meeting
+        joined[a] = corner
         ways.append(np.delete(joined, b, axis=0))
     return [(abs(_area(way) - area), way) for way in ways]
-
-
-def _meeting(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray) -> FloatArray | None:
-    """Where the lines p–q and r–s meet, None where they are nearly parallel."""
-    d, e = q - p, s - r
-    turn = d[0] * e[1] - d[1] * e[0]
-    if abs(turn) < 0.2 * np.hypot(*d) * np.hypot(*e):
-        return None
-    t = ((r - p)[0] * e[1] - (r - p)[1] * e[0]) / turn
-    return np.asarray(p + t * d)
 
 
 def _area(ring: FloatArray) -> float:

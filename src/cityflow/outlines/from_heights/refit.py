@@ -79,3 +79,13 @@ def edge_directions(ring: FloatArray) -> FloatArray:
 def edge_lengths(ring: FloatArray) -> FloatArray:
     """(n,) metres."""
     return np.asarray(np.hypot(*(np.roll(ring, -1, axis=0) - ring).T))
+
+
+def meeting(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray | None:
+    """(2,) where the lines a–b and c–d meet; None where they are nearly parallel."""
+    u, v = b - a, d - c
+    turn = u[0] * v[1] - u[1] * v[0]
+    if abs(turn) < 0.2 * np.hypot(*u) * np.hypot(*v) or turn == 0:
+        return None
+    s = ((c - a)[0] * v[1] - (c - a)[1] * v[0]) / turn
+    return np.asarray(a + s * u)

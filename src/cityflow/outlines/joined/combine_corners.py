@@ -14,10 +14,10 @@ from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.outlines.from_heights.generalise import CORNER_COST_M2
+from cityflow.outlines.from_heights.refit import meeting
 from cityflow.outlines.joined.combine_evidence import costs_along, extended_cost, seen_cost
 from cityflow.outlines.joined.combine_faces import running_sums, signed_integral
 from cityflow.outlines.joined.combine_lines import Pieces
-from cityflow.outlines.joined.combine_rings import meeting
 
 _LONGEST = 2.0
 """An edge becomes at most so many times as long: the direction of a short one is not known well enough for more; set by hand, as is the next."""

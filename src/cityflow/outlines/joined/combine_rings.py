@@ -7,6 +7,7 @@ import shapely
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
+from cityflow.outlines.from_heights.refit import meeting
 
 _STRAIGHT_M = 0.01
 """Corners nearer to the line of their neighbours are none: a centimetre, below what walls are known to; set by hand."""
@@ -87,13 +88,3 @@ def _without_edge(ring: FloatArray, shortest_m: float) -> FloatArray | None:
     if corner is not None and np.hypot(*(corner - (p + q) / 2)) < 3 * shortest_m:
         return np.concatenate([ring[:2], corner[None], ring[4:]])
     return np.delete(ring, 2, axis=0)
-
-
-def meeting(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray | None:
-    """(2,) where the lines a–b and c–d meet; None where they are nearly parallel."""
-    u, v = b - a, d - c
-    turn = u[0] * v[1] - u[1] * v[0]
-    if abs(turn) < 0.2 * np.hypot(*u) * np.hypot(*v) or turn == 0:
-        return None
-    s = ((c - a)[0] * v[1] - (c - a)[1] * v[0]) / turn
-    return np.asarray(a + s * u)
